@@ -13,7 +13,7 @@ import click
 
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._progress import command_messages
-from trackmark.bench.commands._terminal import complain, interruptible, outlets
+from trackmark.bench.commands._terminal import interruptible, print_error, safe_streams
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
@@ -75,7 +75,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     trackmark.
     """
     prepare_numba(log_compilation)
-    with outlets() as output, interruptible(), command_messages():
+    with safe_streams() as output, interruptible(), command_messages():
         status = _invoke(arguments)
         if output is not None:
             output.flush()
@@ -95,15 +95,15 @@ def _invoke(arguments: Sequence[str] | None) -> int:
         error.show()
         return error.exit_code
     except (ImportError, MachineError, OSError, RuntimeError, ValueError) as error:
-        message = _message_of_surroundings(error) or _message_of(error)
+        message = _message_of_environment(error) or _message_of(error)
         if message is None:
             raise
-        complain(message)
+        print_error(message)
         return EXIT_WRONG_INPUT
     return answer if isinstance(answer, int) else 0
 
 
-def _message_of_surroundings(error: Exception) -> str | None:
+def _message_of_environment(error: Exception) -> str | None:
     """Return the message for an unusable working directory or environment variable."""
     try:
         Path.cwd()
@@ -133,7 +133,7 @@ def _check_completion() -> None:
 
 def _message_of(error: Exception) -> str | None:
     """Return the message for an error of the input or the machine; None for a defect."""
-    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.keys import ResultsError
 
     if not isinstance(error, ResultsError) and (fault := machine_fault(error)):
         return str(fault)

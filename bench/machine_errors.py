@@ -2,9 +2,10 @@
 
 import errno
 import os
-import resource
 import tempfile
 from typing import IO
+
+from trackmark.bench.operating_system import max_open_files
 
 MIN_OPEN_FILES = 128
 """Number of open files that a process needs in any case; a process can be limited to fewer."""
@@ -39,7 +40,7 @@ def machine_fault(error: BaseException) -> MachineError | None:
             return cause
         if isinstance(cause, OSError) and cause.errno in _ADVICE:
             number = cause.errno
-            if number != errno.EMFILE or _open_files_limit() < MIN_OPEN_FILES:
+            if number != errno.EMFILE or max_open_files() < MIN_OPEN_FILES:
                 place = "" if cause.filename is None else f"{cause.filename}: "
                 reason = os.strerror(number)
                 return MachineError(f"{place}{reason}. {_ADVICE[number]}, and start again.")
@@ -77,8 +78,3 @@ def check_room(file: IO[bytes]) -> None:
         os.ftruncate(file.fileno(), 0)
     except OSError as error:
         raise no_room(error.strerror or str(error)) from error
-
-
-def _open_files_limit() -> float:
-    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
-    return float("inf") if limit == resource.RLIM_INFINITY else limit

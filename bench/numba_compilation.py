@@ -4,7 +4,6 @@ The first compilation takes seconds. Numba caches compiled kernels on disk, wher
 can read and write at the same time.
 """
 
-import fcntl
 import sys
 from collections.abc import Callable
 from contextlib import ExitStack, suppress
@@ -14,6 +13,8 @@ from importlib.util import find_spec
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from trackmark.bench.operating_system import lock_file
 
 SENTENCE = "Compiling kernels that this machine has not used yet; later runs use the compiled ones."
 
@@ -89,7 +90,7 @@ def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
         with ExitStack() as lock:
             with suppress(OSError):  # a read-only folder has no writers
                 file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
-                fcntl.flock(file, fcntl.LOCK_EX)
+                lock_file(file.fileno())
             return call(cache, *arguments)
 
     return alone

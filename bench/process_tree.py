@@ -1,16 +1,15 @@
 """Child processes that are ended with all their descendants."""
 
 import os
-import signal
 import subprocess
 import sys
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-_END_SECONDS = 10.0
+from trackmark.bench.operating_system import kill_process_tree
+
 _MARK = "TRACKMARK_CHILD"
 _HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
 # Import this installation, not another one that is earlier in the path.
@@ -54,32 +53,4 @@ class ProcessTree:
 
     def end(self) -> None:
         """Kill the process and all processes that it has started."""
-        self.process.send_signal(signal.SIGSTOP)  # a stopped process cannot start others
-        for number in _started_by(self.process.pid, self._mark):
-            with suppress(ProcessLookupError):
-                os.kill(number, signal.SIGKILL)
-        with suppress(ProcessLookupError, PermissionError):  # the session has already ended
-            os.killpg(self.process.pid, signal.SIGKILL)
-        with suppress(subprocess.TimeoutExpired):  # waits for a lost disk
-            self.process.wait(_END_SECONDS)
-
-
-def _started_by(parent: int, mark: str) -> list[int]:
-    """Return the ids of a process's descendants; `mark` is in the environment they inherit.
-
-    A descendant is missed if its environment lacks the mark and its ancestors have ended.
-    """
-    parents: dict[int, int] = {}
-    numbers: set[int] = set()
-    wanted = f"{mark}=1".encode()
-    for folder in Path("/proc").glob("[0-9]*"):
-        with suppress(OSError):  # the process has ended, or belongs to another user
-            number = int(folder.name)
-            state = (folder / "stat").read_text("utf-8", "replace")
-            parents[number] = int(state.rpartition(")")[2].split()[1])
-            if wanted in (folder / "environ").read_bytes().split(b"\0"):
-                numbers.add(number)
-    newer = {parent, *numbers}
-    while newer := {child for child, creator in parents.items() if creator in newer} - numbers:
-        numbers |= newer
-    return sorted(numbers - {parent})
+        kill_process_tree(self.process, self._mark)

@@ -5,15 +5,15 @@ if __name__ != "trackmark.datasets":
 
 from trackmark.datasets.catalogue import (
     describe,
-    identity,
     load,
     matching,
+    name_and_fingerprint,
     names,
     options,
     path_format,
-    summary,
+    sequence_size,
 )
-from trackmark.datasets.interface import Origin, Sequence, SequenceError, Summary
+from trackmark.datasets.interface import Origin, Sequence, SequenceError, SequenceSize
 from trackmark.datasets.metadata import SequenceMetadata
 
 __all__ = [
@@ -21,13 +21,13 @@ __all__ = [
     "Sequence",
     "SequenceError",
     "SequenceMetadata",
-    "Summary",
+    "SequenceSize",
     "describe",
-    "identity",
     "load",
     "matching",
+    "name_and_fingerprint",
     "names",
     "options",
     "path_format",
-    "summary",
+    "sequence_size",
 ]

@@ -13,7 +13,7 @@ from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.interface import (
     Sequence,
     SequenceError,
-    Summary,
+    SequenceSize,
     UnusableSequencesError,
 )
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
@@ -31,7 +31,7 @@ class Suite(Protocol):
         """Return the options of a sequence: dicts with `name`, `default` and `meaning`."""
         ...
 
-    def summary(self, name: str) -> Summary:
+    def sequence_size(self, name: str) -> SequenceSize:
         """Return the length and image size of a sequence with default options."""
         ...
 
@@ -49,7 +49,7 @@ def names() -> list[str]:
     return sorted(_suites())
 
 
-def summary(name: str) -> Summary:
+def sequence_size(name: str) -> SequenceSize:
     """Return the length and image size of a built-in sequence without opening it.
 
     Raises
@@ -59,7 +59,7 @@ def summary(name: str) -> Summary:
     """
     if name not in _suites():
         raise _unknown_sequence(name, _checked_path(name))
-    return _suites()[name].summary(name)
+    return _suites()[name].sequence_size(name)
 
 
 def describe(name_or_path: str | Path, truth: str | Path | None = None) -> SequenceMetadata:
@@ -73,7 +73,7 @@ def describe(name_or_path: str | Path, truth: str | Path | None = None) -> Seque
     return sequence_metadata(load(name_or_path, truth))
 
 
-def identity(text: str) -> tuple[str, str]:
+def name_and_fingerprint(text: str) -> tuple[str, str]:
     """Return name and fingerprint of the sequence that `load` opens; exceptions are as in `load`.
 
     Synthetic sequences without filters are not opened, because opening can take a second.
@@ -82,7 +82,7 @@ def identity(text: str) -> tuple[str, str]:
 
     suite = _suites().get(text.partition(":")[0])
     if isinstance(suite, SyntheticSuite) and not _split_filters(text)[1]:
-        return suite.identity(text.partition(":")[0], _options_in(text))
+        return suite.name_and_fingerprint(text.partition(":")[0], _options_in(text))
     sequence = load(text)
     return sequence.name, sequence.fingerprint
 

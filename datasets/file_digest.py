@@ -4,7 +4,7 @@ import functools
 import hashlib
 import os
 import time
-from collections.abc import Sequence as SequenceOf
+from collections import abc
 from contextlib import suppress
 from pathlib import Path
 from tempfile import NamedTemporaryFile
@@ -33,7 +33,7 @@ def cache_folder() -> Path:
     return Path(user).expanduser() / "trackmark"
 
 
-def file_digests(files: SequenceOf[Path]) -> list[str]:
+def file_digests(files: abc.Sequence[Path]) -> list[str]:
     """Return the SHA-256 digests of files in hexadecimal.
 
     A file is read only if its size or modification time differs from the cached values. A damaged

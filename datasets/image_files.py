@@ -6,9 +6,8 @@ the ground truth by one frame.
 """
 
 import stat
-from collections import Counter
+from collections import Counter, abc
 from collections.abc import Callable, Mapping
-from collections.abc import Sequence as SequenceOf
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
@@ -37,7 +36,7 @@ from trackmark.datasets.spec_string import natural_order
 _Number = tuple[str | int, ...]  # name of an image up to its last number: text and numbers in turn
 
 
-def check_frame_numbers(images: SequenceOf[Path]) -> None:
+def check_frame_numbers(images: abc.Sequence[Path]) -> None:
     """Refuse two images of one folder that have the same frame number.
 
     Two names collide if they are equal up to the last number (`0003.jpg` and `0003 copy.png`), or
@@ -110,7 +109,7 @@ class ImageFiles:
     `files` are in the order of the frames. `max_pixels` is as in `decode_image`.
     """
 
-    def __init__(self, files: SequenceOf[Path], max_pixels: int | None = None) -> None:
+    def __init__(self, files: abc.Sequence[Path], max_pixels: int | None = None) -> None:
         self.files = files
         self._max_pixels = max_pixels
 
@@ -286,7 +285,7 @@ def numbered_images(folder: Path, *firsts: int, prefix: str = "") -> list[Path]:
     return images
 
 
-def size_of_first(images: SequenceOf[Path]) -> tuple[int, int]:
+def size_of_first(images: abc.Sequence[Path]) -> tuple[int, int]:
     """Return width and height of the first image from its header.
 
     Raises `SequenceError` if the header is not readable.

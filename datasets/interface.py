@@ -65,7 +65,7 @@ class UnusableSequencesError(SequenceError):
 
 
 @dataclass(frozen=True)
-class Summary:
+class SequenceSize:
     """Length and image size of a built-in sequence, known before it is opened.
 
     Attributes
@@ -168,7 +168,7 @@ class Sequence:
         Sentence that explains why a file that looks like ground truth was not read.
     image_size : tuple of int, optional
         Width and height of the images [pixels], if known without reading an image.
-    values : mapping of str to array of shape (n,), optional
+    frame_values : mapping of str to array of shape (n,), optional
         Further numbers per frame, by name (`anchor` of VOT).
     origin : Origin, optional
         Provenance of the data.
@@ -180,7 +180,7 @@ class Sequence:
     frames : Frames
         All images, also those after the last ground-truth row. Indexing the sequence gives only
         the images with a ground-truth row.
-    images_beyond_truth : int
+    n_unread_images : int
         Number of images after the last ground-truth row.
     known_size : tuple of int or None
         Width and height of the images [pixels] if already known; see `image_size`.
@@ -210,7 +210,7 @@ class Sequence:
         truth_source: str = "",
         truth_missing: str = "",
         image_size: tuple[int, int] | None = None,
-        values: Mapping[str, ArrayLike] | None = None,
+        frame_values: Mapping[str, ArrayLike] | None = None,
         origin: Origin | None = None,
         shapes: Shapes | None = None,
     ) -> None:
@@ -240,14 +240,14 @@ class Sequence:
         flags = np.zeros(n, np.bool_) if malformed is None else malformed
         self.malformed: NDArray[np.bool_] = _frozen(flags, (n,), f"{name}: malformed", np.bool_)
         self._check_coordinates()
-        self.images_beyond_truth = n_images - n
+        self.n_unread_images = n_images - n
         self.regions: dict[str, Array] = {
             key: self._annotated_rows(rows, f"{name}: region {key}")
             for key, rows in (regions or {}).items()
         }
-        self.values: dict[str, Array] = {
+        self.frame_values: dict[str, Array] = {
             key: _frozen(column, (n,), f"{name}: value {key}")
-            for key, column in (values or {}).items()
+            for key, column in (frame_values or {}).items()
         }
         shares = np.full(n, np.nan) if visibility is None else visibility
         self.visibility: Array = _frozen(shares, (n,), f"{name}: visibility")
@@ -336,7 +336,7 @@ class Sequence:
     @property
     def remarks(self) -> list[str]:
         """Sentences on images, frames, targets and files that are not read or not scored."""
-        beyond, unknown = self.images_beyond_truth, int((~self.annotated).sum())
+        beyond, unknown = self.n_unread_images, int((~self.annotated).sum())
         remarks = []
         if beyond:
             images = "1 image" if beyond == 1 else f"{beyond} images"
@@ -496,7 +496,7 @@ class Sequence:
             truth_source=self.truth_source,
             truth_missing=self.truth_missing,
             image_size=self.known_size,
-            values={key: column[frames] for key, column in self.values.items()},
+            frame_values={key: column[frames] for key, column in self.frame_values.items()},
             origin=self.origin,
             shapes=None if self.shapes is None else self.shapes[index],
         )

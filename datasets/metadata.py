@@ -31,7 +31,7 @@ class SequenceMetadata:
         Number of frames with an event (`occlusion`, …), for events that occur.
     truth_source : str
         File or generator of the ground truth.
-    images_beyond_truth : int
+    n_unread_images : int
         Number of images after the last ground-truth row; they are not read.
     fingerprint : str
         See `Sequence.fingerprint`.
@@ -52,7 +52,7 @@ class SequenceMetadata:
     regions: list[str]
     attributes: Mapping[str, int]
     truth_source: str
-    images_beyond_truth: int
+    n_unread_images: int
     fingerprint: str
     remarks: tuple[str, ...] = ()
     truth_missing: str = ""
@@ -83,7 +83,7 @@ def sequence_metadata(sequence: Sequence, size: tuple[int, int] | None = None) -
         annotated=int(sequence.annotated.sum()),
         truth_source=sequence.truth_source,
         truth_missing=sequence.truth_missing,
-        images_beyond_truth=sequence.images_beyond_truth,
+        n_unread_images=sequence.n_unread_images,
         fingerprint=sequence.fingerprint,
         remarks=tuple(sequence.remarks),
         origin=sequence.origin,

@@ -1,8 +1,8 @@
 """Text files of numbers, which benchmarks use for ground truth; errors name file and line."""
 
 import re
+from collections import abc
 from collections.abc import Collection, Iterable, Mapping
-from collections.abc import Sequence as SequenceOf
 from math import isinf, nan
 from pathlib import Path
 
@@ -134,7 +134,7 @@ def check_line(line: str, number: int, path: Path) -> None:
         )
 
 
-def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
+def check_row_count(rows: int, images: abc.Sequence[Path], path: Path) -> None:
     """Check that a file has a row for every image, because a missing row could be an inner row.
 
     A file with one row is valid: in test sets, only the first box is public.
@@ -150,7 +150,7 @@ def check_row_count(rows: int, images: SequenceOf[Path], path: Path) -> None:
         )
 
 
-def frames_with_values(rows: int, images: SequenceOf[Path]) -> int:
+def frames_with_values(rows: int, images: abc.Sequence[Path]) -> int:
     """Return the number of frames with flags or labels, for a number of ground-truth rows.
 
     If only the first box is public, flags and labels may still exist for all images.

@@ -1,8 +1,8 @@
 """Functions that all readers use: options, ground truth, and a fingerprint of the files."""
 
 import hashlib
+from collections import abc
 from collections.abc import Callable, Collection, Mapping
-from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 from typing import Any
 
@@ -50,7 +50,7 @@ def _listed(values: Collection[object]) -> str:
 def recorded(
     name: str,
     frames: Frames,
-    files: SequenceOf[Path],
+    files: abc.Sequence[Path],
     truth: GroundTruth | None,
     truth_source: Path | None,
     *,
@@ -60,9 +60,9 @@ def recorded(
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
     shapes: Shapes | None = None,
-    values: Mapping[str, Array] | None = None,
+    frame_values: Mapping[str, Array] | None = None,
     description: str = "",
-    digests: Callable[[SequenceOf[Path]], list[str]] = file_digests,
+    digests: Callable[[abc.Sequence[Path]], list[str]] = file_digests,
 ) -> Sequence:
     """Return the sequence of recorded images.
 
@@ -86,7 +86,7 @@ def recorded(
         See `Origin`.
     digests : callable
         Function that returns the digests of the files that are read, including mask files.
-    truth_missing, fps, frame_names, attributes, masks, shapes, values
+    truth_missing, fps, frame_names, attributes, masks, shapes, frame_values
         See `Sequence`.
     """
     if truth is not None and _has_one_row(truth):
@@ -112,7 +112,7 @@ def recorded(
         frame_names=frame_names,
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,
-        values={key: _extended(x, n, 0.0) for key, x in (values or {}).items()},
+        frame_values={key: _extended(x, n, 0.0) for key, x in (frame_values or {}).items()},
         origin=Origin(description=description),
     )
     return sequence
@@ -163,7 +163,7 @@ def _extended(values: NDArray[Any], n: int, fill: float) -> NDArray[Any]:
     return np.concatenate([values, further])
 
 
-def _fingerprint(sequence: Sequence, digests: SequenceOf[str]) -> str:
+def _fingerprint(sequence: Sequence, digests: abc.Sequence[str]) -> str:
     """Return a digest of a sequence's ground truth and of its files' digests."""
     digest = hashlib.sha256()
     for values in (sequence.boxes, sequence.visibility):

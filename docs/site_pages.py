@@ -9,7 +9,7 @@ from typing import Any
 from mkdocs.structure.files import File, Files
 
 import trackmark
-from trackmark import bench, datasets, trackers
+from trackmark import datasets, trackers
 from trackmark.bench import metrics
 
 ROOT = Path(__file__).parents[1]
@@ -26,7 +26,6 @@ API = {
     "trackmark.trackers": (trackers, "Create trackers and write your own."),
     "trackmark.datasets": (datasets, "Load sequences."),
     "trackmark.metrics": (metrics, "List and describe definitions of scores."),
-    "trackmark.bench": (bench, "Parts of the harness below these functions."),
 }
 
 

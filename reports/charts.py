@@ -35,26 +35,26 @@ class Line:
     y: ArrayLike
     low: ArrayLike = ()
     high: ArrayLike = ()
-    places: Sequence[PlayerPosition | None] = ()  # one per point, or one for all
+    positions: Sequence[PlayerPosition | None] = ()  # one per point, or one for all
     value: str = ""  # number after the label; see `Chart.value_name`
 
 
 @dataclass(frozen=True)
 class Chart:
-    """Chart of lines; `words` describe it, also for screen readers."""
+    """Chart of lines; the description is also for screen readers."""
 
     title: str
     x: str
     y: str
     lines: Sequence[Line]
-    words: str
+    description: str
     kind: str = "line"  # or `step`, or `dots` for single points
     logarithmic: bool = False  # True if the abscissa is logarithmic: a time [ms]
     top: float | None = None  # upper limit of the ordinate
     figure: str = ""  # name of its file without suffix
     value_name: str = ""  # meaning of the numbers after the labels of lines
-    caption: str = ""  # short text above the chart on a page, instead of `words`
-    percent: bool = False  # True if a page prints the ordinate in %
-    named: bool = True  # True if lines have their names next to them on a page
+    caption: str = ""  # short text above the chart on a page, instead of the description
+    is_percent: bool = False  # True if a page prints the ordinate in %
+    has_line_names: bool = True  # True if lines have their names next to them on a page
     reference: float | None = None  # abscissa of a dashed vertical line
     reference_label: str = ""

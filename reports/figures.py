@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Collection, Sequence
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -13,11 +12,9 @@ from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.font_manager import FontProperties, findfont, get_font
-from matplotlib.patches import Polygon, Rectangle
 from matplotlib.patheffects import withStroke
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.reports.files import write_file
 from trackmark.reports.palette import LINE_STYLES, MARKERS, colour
 from trackmark.reports.printable import printable
 
@@ -139,43 +136,9 @@ def _font_characters() -> Collection[int]:
     return frozenset(get_font(findfont(FontProperties())).get_charmap())
 
 
-def write_figure(path: Path, figure: Figure) -> Path:
-    """Write a figure as PNG, SVG or PDF by its suffix; equal figures have equal bytes.
-
-    For errors see `write_file`.
-    """
-    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(path.suffix, "Software"): None}
+def save_figure(file: Path, figure: Figure) -> None:
+    """Save a figure as PNG, SVG or PDF by its suffix; equal figures have equal bytes."""
+    metadata = {{".svg": "Date", ".pdf": "CreationDate"}.get(file.suffix, "Software"): None}
     # Without a salt the ids in an SVG are random. Publishers refuse fonts of type 3, the default.
     with mpl.rc_context({"svg.hashsalt": "trackmark", "pdf.fonttype": 42}):
-        return write_file(path, lambda file: figure.savefig(file, metadata=metadata))
-
-
-@dataclass(frozen=True)
-class Panel:
-    """Panel of `map_plot`: an image or a map, with a box or a contour."""
-
-    title: str
-    image: NDArray[np.uint8] | NDArray[np.float64]  # see `draw_image`
-    box: NDArray[np.float64] | None = None  # `[x, y, width, height]` [px]
-    contour: NDArray[np.float64] | None = None  # (points, 2): closed polygon [px]
-
-
-def map_plot(panels: Sequence[Panel], title: str, columns: int) -> Figure:
-    """Draw panels of equal size in a grid with so many columns."""
-    rows = -(-len(panels) // columns)
-    height, width = panels[0].image.shape[:2]
-    figure = bare_figure(title, 0.6 + rows * (0.3 + 8.0 / columns * height / width))
-    grid = figure.subplots(rows, columns, squeeze=False).ravel()
-    for axes in grid:
-        axes.set_axis_off()
-    for axes, panel in zip(grid, panels, strict=False):
-        draw_image(axes, panel.image)
-        axes.set_title(panel.title, fontsize=9)
-        line: dict[str, Any] = {"fill": False, "edgecolor": colour(1)}
-        if panel.box is not None:
-            x, y, *size = panel.box.tolist()
-            axes.add_patch(Rectangle((x, y), *size, **line))
-        if panel.contour is not None:
-            line |= {"linewidth": 1.8, "path_effects": outline_effect(3.2)}
-            axes.add_patch(Polygon(panel.contour, **line))
-    return figure
+        figure.savefig(file, metadata=metadata)

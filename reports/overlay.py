@@ -10,7 +10,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.reports.files import write_file
 from trackmark.reports.palette import TRUTH_COLOUR, colours, to_bgr
 
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
@@ -185,19 +184,18 @@ def film_strip(
         text = f"{number} {words.get(number, '')}".strip()
         tiles.append(overlay(image, frame_boxes, shades, scale, text, shape, lines_of(number)))
     height, wide = tiles[0].shape[:2]
-    head, n_rows = 28 if title else 0, -(-len(tiles) // columns)
-    size = head + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
+    title_height, n_rows = 28 if title else 0, -(-len(tiles) // columns)
+    size = title_height + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
     strip = np.full((*size, 3), BACKGROUND, np.uint8)
     if title:
-        write_words(strip[:head], title, (10, 19))
+        write_words(strip[:title_height], title, (10, 19))
     for place, tile in enumerate(tiles):
         row, column = divmod(place, columns)
-        top, left = head + row * (height + _GAP), column * (wide + _GAP)
+        top, left = title_height + row * (height + _GAP), column * (wide + _GAP)
         strip[top : top + height, left : left + wide] = tile
     return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip
 
 
-def write_film_strip(path: Path, strip: NDArray[np.uint8]) -> Path:
-    """Write a strip as PNG; for errors see `write_file`."""
-    content = cv2.imencode(".png", strip)[1].tobytes()
-    return write_file(path, lambda file: file.write_bytes(content))
+def save_png(file: Path, image: NDArray[np.uint8]) -> None:
+    """Save a BGR image, such as a film strip, as PNG."""
+    file.write_bytes(cv2.imencode(".png", image)[1].tobytes())

@@ -60,10 +60,10 @@ def _data(table: Table) -> pd.DataFrame:
     """Return the data of a table; a table without data has the texts of its cells."""
     if len(table.data) or not table.rows:
         return table.data
-    heads = table.heads
-    if len({*heads} - {""}) < len(heads):  # headings can be empty or equal
-        heads = [f"{number} {head}".strip() for number, head in enumerate(heads, 1)]
-    return pd.DataFrame([[cell.text for cell in row] for row in table.rows], columns=heads)
+    headings = table.headings
+    if len({*headings} - {""}) < len(headings):  # headings can be empty or equal
+        headings = [f"{number} {heading}".strip() for number, heading in enumerate(headings, 1)]
+    return pd.DataFrame([[cell.text for cell in row] for row in table.rows], columns=headings)
 
 
 def to_json(table: Table) -> str:
@@ -77,8 +77,8 @@ def to_json(table: Table) -> str:
 def to_markdown(table: Table) -> str:
     """Render a table as a pipe table in Markdown; marked cells are bold."""
     alignment = ["---" if text else "---:" for text in text_columns(table)]
-    caption, *heads = map(in_markdown, [table.caption, *table.heads])
-    rows = [heads, alignment, *_cells(table, in_markdown, "**{}**")]
+    caption, *headings = map(in_markdown, [table.caption, *table.headings])
+    rows = [headings, alignment, *_cells(table, in_markdown, "**{}**")]
     notes = [f"- {in_markdown(note)}" for note in table.notes]
     body = [f"| {' | '.join(row)} |" for row in rows] if table.rows else []
     lines = [caption, *([""] if body else []), *body]
@@ -93,11 +93,11 @@ def to_latex(table: Table) -> str:
     caption, *notes = map(in_latex, [table.caption, *table.notes])
     if not table.rows:
         return "\n\n".join([caption, *notes]) + "\n"
-    rows = [[*map(in_latex, table.heads)], *_cells(table, in_latex, r"\textbf{{{}}}")]
+    rows = [[*map(in_latex, table.headings)], *_cells(table, in_latex, r"\textbf{{{}}}")]
     # LaTeX would parse a bracket or an asterisk at the start of a row as an option.
     shields = ["{}" if row[0].startswith(("[", "*")) else "" for row in rows]
     pairs = zip(shields, rows, strict=True)
-    heads, *body = (rf"{shield}{' & '.join(row)} \\" for shield, row in pairs)
+    headings, *body = (rf"{shield}{' & '.join(row)} \\" for shield, row in pairs)
     columns = "".join("l" if text else "r" for text in text_columns(table))
     lines = [
         r"\begin{table}[htbp]",
@@ -105,7 +105,7 @@ def to_latex(table: Table) -> str:
         rf"\caption{{{caption}}}",
         rf"\begin{{tabular}}{{{columns}}}",
         r"\toprule",
-        heads,
+        headings,
         r"\midrule",
         *body,
         r"\bottomrule",
@@ -118,14 +118,14 @@ def to_latex(table: Table) -> str:
 
 def to_html(table: Table) -> str:
     """Render a table as an HTML element; marked cells are bold."""
-    heads = "".join(f"<th>{_in_html(head)}</th>" for head in table.heads)
+    headings = "".join(f"<th>{_in_html(heading)}</th>" for heading in table.headings)
     rows = "".join(
         f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>"
         for row in _cells(table, _in_html, "<b>{}</b>")
     )
     notes = "".join(f"<p>{_in_html(note)}</p>" for note in table.notes)
     return (
-        f"<table><caption>{_in_html(table.caption)}</caption><thead><tr>{heads}</tr></thead>"
+        f"<table><caption>{_in_html(table.caption)}</caption><thead><tr>{headings}</tr></thead>"
         f"<tbody>{rows}</tbody></table>{notes}"
     )
 
@@ -140,8 +140,10 @@ def to_text(table: Table) -> str:
         return "\n".join([caption, *notes]) + "\n"
     alone = [not any(cell.text for cell in row[1:]) for row in table.rows]
     columns = [
-        _column(head, [row[column] for row in table.rows], alone, text=text)
-        for column, (head, text) in enumerate(zip(table.heads, text_columns(table), strict=True))
+        _column(heading, [row[column] for row in table.rows], alone, text=text)
+        for column, (heading, text) in enumerate(
+            zip(table.headings, text_columns(table), strict=True)
+        )
     ]
     lines = max(map(len, columns))  # headings may take several lines
     whole = [[" " * _width(cells[0])] * (lines - len(cells)) + cells for cells in columns]
@@ -149,7 +151,7 @@ def to_text(table: Table) -> str:
     return "\n".join([caption, "", *body, *notes]) + "\n"
 
 
-def _column(head: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
+def _column(heading: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
     """Return the lines of a column: heading, rule, cells.
 
     `alone`: True for cells that extend over the following columns.
@@ -157,10 +159,10 @@ def _column(head: str, cells: list[Cell], alone: list[bool], *, text: bool) -> l
     no_mark = " " if any(cell.best for cell in cells) else ""
     lines = [one_line(cell.text) + ("*" if cell.best else no_mark) for cell in cells]
     widths = [_width(line) for line, over in zip(lines, alone, strict=True) if not over]
-    folded = textwrap.wrap(one_line(head), max(_HEAD_WIDTH, *widths), break_long_words=False)
-    heads = [line if text else line + no_mark for line in folded or [""]]
-    widest = max(*map(_width, heads), *widths, 0)
-    return [_pad(line, widest, left=text) for line in (*heads, "-" * widest, *lines)]
+    folded = textwrap.wrap(one_line(heading), max(_HEAD_WIDTH, *widths), break_long_words=False)
+    headings = [line if text else line + no_mark for line in folded or [""]]
+    widest = max(*map(_width, headings), *widths, 0)
+    return [_pad(line, widest, left=text) for line in (*headings, "-" * widest, *lines)]
 
 
 def _width(text: str) -> int:
@@ -223,10 +225,10 @@ _MIN_COLUMNS = 2  # columns of scores that are never omitted
 def terminal_lines(table: Table, more: str = "") -> list[str]:
     """Return caption, rows and notes in lines of the terminal's `width` if possible.
 
-    There is no rule between heads and rows. The reason of missing means is printed once per row. If
-    the table is still too wide, the first of two labels gets separate lines if rows share it. Then
-    columns are omitted, starting with the highest rank. `more`: advice on how to print them, for a
-    note that names them; no note by default.
+    There is no rule between headings and rows. The reason of missing means is printed once per
+    row. If the table is still too wide, the first of two labels gets separate lines if rows share
+    it. Then columns are omitted, starting with the highest rank. `more`: advice on how to
+    print them, for a note that names them; no note by default.
     """
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
@@ -241,7 +243,7 @@ def terminal_lines(table: Table, more: str = "") -> list[str]:
         else:
             break
         narrow = _without_columns(shortened, left_out, grouped=grouped)
-    omitted = "; ".join(table.heads[column] for column in sorted(left_out))
+    omitted = "; ".join(table.headings[column] for column in sorted(left_out))
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
     texts = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
     rows = [line for line in _lines(narrow) if line.strip("- ")]
@@ -269,13 +271,13 @@ def _without_columns(table: Table, left_out: list[int], *, grouped: bool) -> Tab
 
     `grouped`: each first label becomes a line of its own, above the rows that have it.
     """
-    columns = [column for column in range(len(table.heads)) if column not in left_out]
-    heads = [table.heads[column] for column in columns]
+    columns = [column for column in range(len(table.headings)) if column not in left_out]
+    headings = [table.headings[column] for column in columns]
     rows = [[row[column] for column in columns] for row in table.rows]
     if not grouped:
-        return replace(table, heads=heads, rows=rows)
+        return replace(table, headings=headings, rows=rows)
     lines = []
     for label, block in groupby(rows, key=lambda row: row[0].text):
-        lines.append([Cell(label), *(Cell("") for _ in heads[2:])])
+        lines.append([Cell(label), *(Cell("") for _ in headings[2:])])
         lines += [[Cell(f"  {row[1].text}"), *row[2:]] for row in block]
-    return replace(table, heads=heads[1:], n_labels=1, rows=lines)
+    return replace(table, headings=headings[1:], n_labels=1, rows=lines)

@@ -25,7 +25,7 @@ TOP = 5
 _MAX_TICKS = 6
 _MAX_LABEL = 24  # characters of a direct label
 _LETTER = 7.0  # mean width of a letter of a label [px]
-_COLUMNS = 80  # possible places of a direct label along the abscissa
+_COLUMNS = 80  # possible positions of a direct label along the abscissa
 _DISTANCE = 11.0  # of the middle of a label from its line [px]
 _HEIGHT = 13.0  # of a label [px]
 _LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
@@ -74,11 +74,11 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
         crowded = len(lines) > CROWDED
         parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
         labelled = lines[:TOP] if crowded else lines
-        parts += _labels(labelled, x, y) if chart.named else []
+        parts += _labels(labelled, x, y) if chart.has_line_names else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    role, words = "group" if chart.kind == "dots" else "img", one_line(chart.words)
+    role, description = "group" if chart.kind == "dots" else "img", one_line(chart.description)
     svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
-    return svg.format(width, height, role, words, scales, Markup("").join(parts))
+    return svg.format(width, height, role, description, scales, Markup("").join(parts))
 
 
 def at_reference(chart: Chart, line: Line) -> str:
@@ -87,7 +87,7 @@ def at_reference(chart: Chart, line: Line) -> str:
     if chart.reference is None or not np.isfinite(values).any():
         return line.value
     value = values[np.nanargmin(np.abs(np.asarray(line.x, float) - chart.reference))]
-    return f"{100 * value:.0f} %" if chart.percent else f"{value:.2f}"
+    return f"{100 * value:.0f} %" if chart.is_percent else f"{value:.2f}"
 
 
 def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tuple[_Scale, _Scale]:
@@ -114,7 +114,9 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
     text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
     for tick in y.ticks:
         position = float(y(tick))
-        label = f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.percent else f"{tick:g}"
+        label = (
+            f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.is_percent else f"{tick:g}"
+        )
         yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
         yield text.format(left - 6, position + 4, "end", label)
     for tick in x.ticks:
@@ -143,15 +145,17 @@ def _time(milliseconds: float) -> str:
 def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
     """Return a line with its band.
 
-    The attribute `data-places` lists the player position that a click on each point opens.
+    The attribute `data-positions` lists the player position that a click on each point opens.
     """
     xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"
     dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
-    has_place = [True] if len(line.places) == 1 else np.isfinite(ys)
-    opened = compress(line.places, has_place)
-    places = " ".join(place._replace(show=()).link[1:] if place else "-" for place in opened)
+    has_position = [True] if len(line.positions) == 1 else np.isfinite(ys)
+    opened = compress(line.positions, has_position)
+    positions = " ".join(
+        position._replace(show=()).link[1:] if position else "-" for position in opened
+    )
     band = Markup("")
     if np.size(line.low) and not crowded and kind == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
@@ -165,10 +169,11 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
     gaps = np.flatnonzero(~np.isfinite(ys))
     path = ""
     for piece in np.split(np.arange(len(ys)), gaps):
-        its = piece[np.isfinite(ys[piece])]
-        across, down = _corners(xs[its], ys[its]) if kind == "step" else (xs[its], ys[its])
+        finite = piece[np.isfinite(ys[piece])]
+        points = xs[finite], ys[finite]
+        across, down = _corners(*points) if kind == "step" else points
         path += _trace(x(across), y(down))
-    link = Markup(' data-places="{}"').format(places) if places else ""
+    link = Markup(' data-positions="{}"').format(positions) if positions else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
     return band + curve.format(index, line.position, dash, path, link)
 
@@ -198,11 +203,11 @@ def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
     content += mark.format(index, across, down, path)
     side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
     content += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
-    place = next(filter(None, line.places), None)
-    if place is None:
+    position = next(filter(None, line.positions), None)
+    if position is None:
         return content
     return Markup('<a href="{}" aria-label="{}">{}</a>').format(
-        place.link, one_line(line.label), content
+        position.link, one_line(line.label), content
     )
 
 
@@ -218,13 +223,13 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         name = _short(line.label)
         wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
         near = np.stack([sliding_window_view(row, wide) for row in rows])
-        its_line = near[number]
-        middles = np.stack([its_line.min(axis=1) - _DISTANCE, its_line.max(axis=1) + _DISTANCE])
+        heights = near[number]
+        middles = np.stack([heights.min(axis=1) - _DISTANCE, heights.max(axis=1) + _DISTANCE])
         gaps = np.abs(near[:, None] - middles[..., None])
         gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line
         room = np.nanmin(gaps, axis=(0, 3)).clip(max=_HEIGHT)
         room[(middles < y.pixels[1] + 8) | (middles > y.pixels[0] - 8)] = -np.inf
-        score = room - np.abs(middles - its_line[:, wide // 2]) / 5
+        score = room - np.abs(middles - heights[:, wide // 2]) / 5
         side, start = np.unravel_index(np.argmax(score), score.shape)
         if room[side, start] < 0:
             continue

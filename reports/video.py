@@ -8,7 +8,6 @@ import av
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.reports.files import write_file
 from trackmark.reports.overlay import TRUTH, legend, overlay
 from trackmark.reports.palette import colours
 
@@ -17,44 +16,38 @@ MIN_WIDTH = 480
 """Width to which narrower images are enlarged, so that boxes and texts are readable [px]."""
 
 
-def write_video(
-    path: Path,
+def save_video(
+    file: Path,
     images: Iterable[tuple[int, NDArray[np.uint8]]],
     boxes: Mapping[str, NDArray[np.float64]],
     fps: float | None = None,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
-) -> Path:
-    """Write an MP4 file with one frame in memory at a time; for errors see `write_file`.
+) -> None:
+    """Save an MP4 file with one frame in memory at a time.
 
     `images`: frame numbers with BGR images, all of one size. `boxes`: boxes (n, 4) by label, one
     row per frame. `lines_of`: function of the frame number that returns outlines by label; see
     `overlay`.
     """
     shades = colours([label for label in boxes if label != TRUTH])
-
-    def write(file: Path) -> None:
-        with av.open(str(file), "w", format="mp4") as container:
-            stream = None
-            for number, image in images:
-                scale = max(1.0, MIN_WIDTH / image.shape[1])
-                frame_boxes = {label: rows[number] for label, rows in boxes.items()}
-                drawn = overlay(
-                    image, frame_boxes, shades, scale, str(number), lines=lines_of(number)
-                )
-                if boxes:
-                    drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
-                height, width = drawn.shape[:2]  # even, as the pixel format requires
-                pad = ((0, height % 2), (0, width % 2), (0, 0))
-                drawn = np.ascontiguousarray(np.pad(drawn, pad, "edge"))
-                if stream is None:
-                    rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)
-                    stream = container.add_stream("libx264", rate=rate)
-                    stream.height, stream.width = drawn.shape[:2]
-                    stream.pix_fmt = "yuv420p"
-                    stream.options = {"crf": "18"}
-                container.mux(stream.encode(av.VideoFrame.from_ndarray(drawn, format="bgr24")))
+    with av.open(str(file), "w", format="mp4") as container:
+        stream = None
+        for number, image in images:
+            scale = max(1.0, MIN_WIDTH / image.shape[1])
+            frame_boxes = {label: rows[number] for label, rows in boxes.items()}
+            drawn = overlay(image, frame_boxes, shades, scale, str(number), lines=lines_of(number))
+            if boxes:
+                drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
+            height, width = drawn.shape[:2]  # even, as the pixel format requires
+            pad = ((0, height % 2), (0, width % 2), (0, 0))
+            drawn = np.ascontiguousarray(np.pad(drawn, pad, "edge"))
             if stream is None:
-                raise OSError("there are no frames")
-            container.mux(stream.encode())
-
-    return write_file(path, write)
+                rate = Fraction(fps or DEFAULT_FPS).limit_denominator(100_000)
+                stream = container.add_stream("libx264", rate=rate)
+                stream.height, stream.width = drawn.shape[:2]
+                stream.pix_fmt = "yuv420p"
+                stream.options = {"crf": "18"}
+            container.mux(stream.encode(av.VideoFrame.from_ndarray(drawn, format="bgr24")))
+        if stream is None:
+            raise OSError("there are no frames")
+        container.mux(stream.encode())

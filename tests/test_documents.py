@@ -13,11 +13,12 @@ import numpy as np
 import pytest
 
 import trackmark
-from trackmark import bench, datasets, trackers
+from trackmark import datasets, trackers
 from trackmark.bench.cli import trackmark as program
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import read_experiment
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted([*ROOT.glob("*.md"), *ROOT.glob("docs/**/*.md")])
@@ -102,7 +103,7 @@ def test_contributing_tracker_runs(tmp_path):
     file = tmp_path / "nearest_colour.py"
     file.write_text(next(block for block in blocks("CONTRIBUTING.md", "python") if "init" in block))
     name = f"{file}:NearestColour"
-    run = bench.evaluate_run(f"{name}:preset=far", "samples/bow-tie")
+    run = evaluate_run(f"{name}:preset=far", "samples/bow-tie")
     assert run.status == "finished", run.failure
     assert (run.details["distance"][1:] >= 0).all()
     about = trackers.describe(name)
@@ -148,7 +149,7 @@ def test_experiments_of_pages_can_be_planned(page, tmp_path):
             continue
         file = tmp_path / f"shown{number}.toml"
         file.write_text(block)
-        assert len(make_plan(read_experiment(file), Results(tmp_path / "none")))
+        assert len(make_plan(read_experiment(file), RunStore(tmp_path / "none")))
 
 
 def test_readme_tracker_runs(tmp_path, monkeypatch):
@@ -192,12 +193,11 @@ def test_commands_of_pages_have_valid_options():
 
 
 def test_public_names_are_listed_and_typed():
-    for package in (bench, trackmark):
-        source = Path(package.__file__).read_text()
-        for name in package.__all__:
-            assert name in dir(package)
-            assert re.search(rf"^    from [\w.]+ import .*\b{name}\b", source, re.MULTILINE)
-            assert getattr(package, name).__name__.rpartition(".")[2] == name
+    source = Path(trackmark.__file__).read_text()
+    for name in trackmark.__all__:
+        assert name in dir(trackmark)
+        assert re.search(rf"^    from [\w.]+ import .*\b{name}\b", source, re.MULTILINE)
+        assert getattr(trackmark, name).__name__.rpartition(".")[2] == name
     assert Path(trackmark.__file__).with_name("py.typed").is_file()
 
 

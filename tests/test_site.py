@@ -12,7 +12,7 @@ from urllib.parse import unquote, urlsplit
 import pytest
 
 import trackmark
-from trackmark import bench, datasets, trackers
+from trackmark import datasets, trackers
 
 ROOT = Path(__file__).parents[1]
 
@@ -75,6 +75,6 @@ def test_site_loads_nothing_from_the_network(site):
 def test_site_api_page_has_every_public_name(site):
     anchors = Page(site / "api.html").anchors
     documented = {name.rpartition(".")[2] for name in anchors if name.startswith("trackmark.")}
-    for module in (trackmark, bench, trackers, datasets):
+    for module in (trackmark, trackers, datasets):
         names = {n for n in module.__all__ if not isinstance(getattr(module, n), ModuleType)}
         assert not names - documented, module.__name__

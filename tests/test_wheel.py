@@ -30,6 +30,11 @@ def test_wheel_has_all_page_files():
     assert {str(path) for path in parts} <= included
 
 
+def test_wheel_has_no_developer_tools():
+    included = {file.distribution_path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
+    assert not [path for path in included if not path.startswith("trackmark/")]
+
+
 def write_foreign_wheel(folder, name):
     """Write a wheel of another project that has a top-level package of this name."""
     info = f"{name}-5.2.dist-info"

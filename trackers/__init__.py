@@ -13,32 +13,32 @@ from trackmark.trackers.base.catalogue import (
 )
 from trackmark.trackers.base.interface import (
     Box,
+    EarlyFrameTracker,
     Estimate,
-    Finisher,
     Image,
-    Mapper,
     Mask,
     Randomness,
+    RevisingTracker,
     Tracker,
     TrackerPlugin,
-    Watcher,
+    WeightMapTracker,
 )
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 __all__ = [
     "Box",
+    "EarlyFrameTracker",
     "Estimate",
-    "Finisher",
     "Image",
-    "Mapper",
     "Mask",
     "Parameters",
     "Randomness",
+    "RevisingTracker",
     "Specification",
     "Tracker",
     "TrackerError",
     "TrackerPlugin",
-    "Watcher",
+    "WeightMapTracker",
     "create",
     "describe",
     "names",

@@ -12,8 +12,8 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     nonnegative,
-    whole,
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import (
@@ -38,11 +38,11 @@ class CamShiftParameters(Parameters):
         "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
         "per frame",
     )
-    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=MAX_BINS)
+    hue_bins: int = integer(32, "number of bins of the hue histogram [count]", maximum=MAX_BINS)
     stop_distance: float = nonnegative(
         2.0, "mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(10, "maximum number of mean shift steps per frame [count]")
     minimum_saturation: float = fraction(
         0.0, "pixels with a lower saturation get weight 0 [fraction]"
     )
@@ -97,7 +97,7 @@ class CamShift(SharingTracker):
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`."""
-        settings = self.parameters
+        parameters = self.parameters
         width, height = self._window
         self._x, self._y, iterations, total = mean_shift(
             self._hues(frame),
@@ -106,11 +106,11 @@ class CamShift(SharingTracker):
             self._y,
             width,
             height,
-            settings.stop_distance,
-            settings.max_iterations,
+            parameters.stop_distance,
+            parameters.max_iterations,
         )
         mean = total / (self._largest * width * height)
-        if settings.window == "adaptive" and total > 0:
+        if parameters.window == "adaptive" and total > 0:
             self._window = adapted_window(total / self._largest, self._ratio, frame.image.shape)
             self._box_size = float(self._window[0]), float(self._window[1])
         box_width, box_height = self._box_size
@@ -122,17 +122,17 @@ class CamShift(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """Return the hue back-projection; see `Mapper.maps`."""
+        """Return the hue back-projection; see `WeightMapTracker.maps`."""
         hues = self._hues(SharedFrame(image))
         count_bins(hues, 0, 0, *image.shape[1::-1])  # side effect: computes the bin of every pixel
         return {"back-projection": self._weights[hues.bins] / self._largest}
 
     def _hues(self, frame: SharedFrame) -> HueBins:
-        settings = self.parameters
+        parameters = self.parameters
         return frame.compute(
             lazy_hue_bins,
-            settings.hue_bins,
-            settings.minimum_saturation,
-            settings.minimum_value,
-            settings.maximum_value,
+            parameters.hue_bins,
+            parameters.minimum_saturation,
+            parameters.minimum_value,
+            parameters.maximum_value,
         )

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
-from trackmark.trackers.base.parameters import choice, nonnegative, whole
+from trackmark.trackers.base.parameters import choice, integer, nonnegative
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import adapted_window, window_size
 from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
@@ -26,7 +26,7 @@ class CamShiftImprovedParameters(ColourMotionParameters):
     stop_distance: float = nonnegative(
         2.0, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "n₀: maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(10, "n₀: maximum number of mean shift steps per frame [count]")
 
 
 class CamShiftImproved(SharingTracker):
@@ -66,16 +66,16 @@ class CamShiftImproved(SharingTracker):
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`; raise TrackerError if the frame size changes."""
-        settings, window = self.parameters, self._window
+        parameters, window = self.parameters, self._window
         joint = self._joint = self._model.observe(frame)
         moved = joint.drift(
-            self._centre[np.newaxis], window, settings.stop_distance, settings.max_iterations
+            self._centre[np.newaxis], window, parameters.stop_distance, parameters.max_iterations
         )
         self._centre = moved.points[0]
         details = {"iterations": float(moved.iterations[0])}
         details |= joint.details(self._centre, window)
         weight = float(moved.after[0]) * joint.unit
-        if settings.window == "adaptive" and weight > 0:
+        if parameters.window == "adaptive" and weight > 0:
             self._window = adapted_window(weight, self._ratio, frame.image.shape)
             self._box_size = np.array(self._window, np.float64)
         return Estimate(
@@ -86,5 +86,5 @@ class CamShiftImproved(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """Return the joint map of colour and motion; see `Mapper.maps`."""
+        """Return the joint map of colour and motion; see `WeightMapTracker.maps`."""
         return {"joint map": self._joint.whole()}

@@ -57,12 +57,12 @@ class ContourSmoothColor(segmenter.Segmenter):
 
     def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
-        settings: ContourSmoothColorParameters = self.parameters
+        parameters: ContourSmoothColorParameters = self.parameters
         palettes = MixtureEvaluator(
-            settings.object_components, settings.weights, 1.0, settings.colour_floor
+            parameters.object_components, parameters.weights, 1.0, parameters.colour_floor
         )
         self.plane = plane_cue.GivenPlane(start.basis)
-        self.colours = RefittedColours(start.fit, 1, settings.mixing, palettes)
+        self.colours = RefittedColours(start.fit, 1, parameters.mixing, palettes)
         return Chain([self.plane, self.colours, self.contour_cue(start)])
 
     def learn(self, image: Image, inside: Mask, hypotheses: Sequence[Hypotheses]) -> None:

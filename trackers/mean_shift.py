@@ -63,5 +63,5 @@ class MeanShift(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """See `Mapper.maps`."""
+        """See `WeightMapTracker.maps`."""
         return {"target's colours": self._target.map(image)}

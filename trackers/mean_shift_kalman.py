@@ -93,7 +93,7 @@ class MeanShiftKalman(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
-        """See `Mapper.maps`."""
+        """See `WeightMapTracker.maps`."""
         return {"target's colours": self._target.map(image)}
 
     def _deviations(self, frame: SharedFrame, location: Location) -> NDArray[np.float64]:

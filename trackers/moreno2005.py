@@ -6,7 +6,7 @@ from typing import Literal
 import numpy as np
 
 from trackmark.trackers.base.interface import Image, Mask
-from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
+from trackmark.trackers.base.parameters import choice, fraction, integer, nonnegative, positive
 from trackmark.trackers.contours import segmenter
 from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypotheses
 from trackmark.trackers.contours.colour_cue import (
@@ -46,15 +46,15 @@ factor of two. Changes of weight are relative to the mean change of the class.
 class Moreno2005Parameters(segmenter.SegmenterParameters):
     """Parameters of `Moreno2005`."""
 
-    plane_samples: int = whole(20, "N₁: number of particles of the plane [count]")
-    colour_samples: int = whole(300, "N₂: number of particles of the colours [count]")
-    window_components: int = whole(
-        4, "M_W: number of Gaussians of the colours in the window [count]", most=20
+    plane_samples: int = integer(20, "N₁: number of particles of the plane [count]")
+    colour_samples: int = integer(300, "N₂: number of particles of the colours [count]")
+    window_components: int = integer(
+        4, "M_W: number of Gaussians of the colours in the window [count]", maximum=20
     )
-    window_points: int = whole(
+    window_points: int = integer(
         200, "number of pixels drawn in the window to weigh planes [count]", 20
     )
-    outside_points: int = whole(
+    outside_points: int = integer(
         400, "number of pixels drawn outside the window to weigh planes [count]", 20
     )
     plane_spread: float = nonnegative(0.04, "σ of H₁ and p₁, of a normal of length 1 [length]")
@@ -156,37 +156,37 @@ class Moreno2005(segmenter.Segmenter):
 
     def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
-        settings: Moreno2005Parameters = self.parameters
+        parameters: Moreno2005Parameters = self.parameters
         self.planes = PlaneCue(
             start.basis,
-            settings.plane_samples,
-            settings.plane_spread,
-            settings.weights,
-            settings.plane_temperature,
-            settings.colour_floor,
+            parameters.plane_samples,
+            parameters.plane_spread,
+            parameters.weights,
+            parameters.plane_temperature,
+            parameters.colour_floor,
         )
         palettes = MixtureEvaluator(
-            settings.object_components,
-            settings.weights,
-            settings.colour_temperature,
-            settings.colour_floor,
+            parameters.object_components,
+            parameters.weights,
+            parameters.colour_temperature,
+            parameters.colour_floor,
         )
-        self.refitted = RefittedColours(start.fit, settings.colour_samples, 1.0, palettes)
-        steps = ColourDynamics(**settings.model_dump(include={*ColourDynamics.__annotations__}))
-        particles = ColourCue(start.components, settings.colour_samples, steps, palettes)
-        colours = particles if settings.colour_model == "particles" else self.refitted
-        kind = ContourCue if settings.position == "particles" else KalmanContourCue
+        self.refitted = RefittedColours(start.fit, parameters.colour_samples, 1.0, palettes)
+        steps = ColourDynamics(**parameters.model_dump(include={*ColourDynamics.__annotations__}))
+        particles = ColourCue(start.components, parameters.colour_samples, steps, palettes)
+        colours = particles if parameters.colour_model == "particles" else self.refitted
+        kind = ContourCue if parameters.position == "particles" else KalmanContourCue
         contours = self.contour_cue(start, kind)
-        return Chain([self.planes, colours, contours], settings.association, settings.feedback)
+        return Chain([self.planes, colours, contours], parameters.association, parameters.feedback)
 
     def prepare_observation(self, observation: Observation, image: Image) -> Observation:
         """Add colour samples for the plane cue; see `Segmenter.prepare_observation`."""
-        settings: Moreno2005Parameters = self.parameters
+        parameters: Moreno2005Parameters = self.parameters
         return with_colour_sets(
             observation,
             image,
-            (settings.window_points, settings.outside_points),
-            (settings.window_components, settings.background_components),
+            (parameters.window_points, parameters.outside_points),
+            (parameters.window_components, parameters.background_components),
             self.generator,
         )
 

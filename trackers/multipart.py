@@ -12,8 +12,8 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     positive,
-    whole,
 )
 from trackmark.trackers.base.particles import (
     SCHEMES,
@@ -41,7 +41,7 @@ class MultipartParameters(Parameters):
         "single: one histogram of the rectangle; multi: one histogram per half; adaptive: choice "
         "by the distance of the halves in the first frame",
     )
-    particles: int = whole(200, "number of particles N [count]")
+    particles: int = integer(200, "number of particles N [count]")
     position_divisor: float = positive(
         3.0, "a: the maximum noise of the centre is width / a [ratio]"
     )
@@ -135,12 +135,12 @@ class Multipart(SharingTracker):
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raise TrackerError if too little of the box is in the image."""
-        settings = self.parameters
+        parameters = self.parameters
         x, y, width, height = (float(value) for value in box)
         if not (width > 0 and height > 0):
             raise TrackerError(f"multipart: the box {box.tolist()} has no area. Use another box.")
         self._generator = np.random.default_rng(self.seed)
-        self._colours = LuvBins(settings.binning, settings.uv_range)
+        self._colours = LuvBins(parameters.binning, parameters.uv_range)
         self._aspect = width / height
         self._first_area = width * height
         self._mean = np.array([x + width / 2, y + height / 2, self._first_area])
@@ -157,7 +157,7 @@ class Multipart(SharingTracker):
             bhattacharyya_distances(counts[:1], totals[:1], counts[1], totals[1])[0]
         )
         self._n_parts = {"single": 1, "multi": 2}.get(
-            settings.representation, 2 if self._part_distance > settings.threshold else 1
+            parameters.representation, 2 if self._part_distance > parameters.threshold else 1
         )
         if self._n_parts == 1:
             counts, totals = counts.sum(axis=0, keepdims=True), totals.sum(keepdims=True)
@@ -165,7 +165,7 @@ class Multipart(SharingTracker):
         self._bins = np.flatnonzero(counts.any(axis=0))
         self._reference = np.ascontiguousarray(counts[:, self._bins].astype(np.int32))
         self._reference_totals = totals.tolist()
-        self._states = np.tile(self._mean, (settings.particles, 1))
+        self._states = np.tile(self._mean, (parameters.particles, 1))
         self._velocities = np.zeros_like(self._states)
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
@@ -196,24 +196,24 @@ class Multipart(SharingTracker):
 
     def _propagate(self) -> None:
         """Move the particles; noise is added to positions or velocities (equations 5 and 6)."""
-        settings = self.parameters
-        if settings.noise == "fixed":
+        parameters = self.parameters
+        if parameters.noise == "fixed":
             area: Any = self._first_area
-        elif settings.noise_size == "sample":
+        elif parameters.noise_size == "sample":
             area = self._states[:, 2]
         else:
             area = self._mean[2]
-        position = np.sqrt(area * self._aspect) / settings.position_divisor
-        half_range = np.array([position, position, area / settings.size_divisor]).T
-        if settings.noise_range == "total":
+        position = np.sqrt(area * self._aspect) / parameters.position_divisor
+        half_range = np.array([position, position, area / parameters.size_divisor]).T
+        if parameters.noise_range == "total":
             half_range = half_range / 2
         steps = (2.0 * self._generator.random(self._states.shape) - 1.0) * half_range
-        if settings.dynamics == "first-order":
+        if parameters.dynamics == "first-order":
             steps = self._velocities + steps
             self._velocities = steps * [1.0, 1.0, 0.0]  # the area is a random walk
         self._states = self._states + steps
-        least, most = self._first_area / LARGEST_CHANGE, self._first_area * LARGEST_CHANGE
-        np.clip(self._states[:, 2], least, most, out=self._states[:, 2])
+        minimum, maximum = self._first_area / LARGEST_CHANGE, self._first_area * LARGEST_CHANGE
+        np.clip(self._states[:, 2], minimum, maximum, out=self._states[:, 2])
 
     def _distances(self, frame: SharedFrame) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
         """Return each particle's distance and number of pixels (0 if mostly outside the image)."""

@@ -15,8 +15,8 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     positive,
-    whole,
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.templates import appearance
@@ -74,7 +74,7 @@ class Nguyen2002Parameters(Parameters):
         "a pixel takes its new value if its number of consecutive outliers exceeds n_omax, "
         "or reaches it",
     )
-    longest_occlusion: int = whole(
+    longest_occlusion: int = integer(
         35, "L: maximum duration of an occlusion [frames]", FIRST_CANDIDATE, 1000
     )
     candidates: Literal["skipped", "all"] = choice(
@@ -82,7 +82,7 @@ class Nguyen2002Parameters(Parameters):
         "frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its beginning, or "
         "all from 5 on",
     )
-    average: int = whole(
+    average: int = integer(
         10, "K: number of frames over which the residuals' covariance is averaged [frames]"
     )
     search_range: int = Field(
@@ -215,7 +215,7 @@ class Nguyen2002(SharingTracker):
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raise TrackerError if the box is too small or outside the image."""
-        settings = self.parameters
+        parameters = self.parameters
         self._width, self._height = (max(1, floor(side + 0.5)) for side in box[2:])
         rows, columns = frame.image.shape[:2]
         x, y = float(box[0] + box[2] / 2 - 0.5), float(box[1] + box[3] / 2 - 0.5)
@@ -228,7 +228,7 @@ class Nguyen2002(SharingTracker):
             )
         self._size = np.array([box[2], box[3]])
         self._shape = rows, columns
-        self._noise = self._noise_model(appearance.n_features(settings.features))
+        self._noise = self._noise_model(appearance.n_features(parameters.features))
         self._pose = Pose(x, y, 1.0)
         self._filter = appearance.TemplateFilter(self._noise, self._view(frame.image, self._pose))
         self._restart(self._pose, (0.0, 0.0, 0.0))
@@ -271,7 +271,7 @@ class Nguyen2002(SharingTracker):
         )
 
     def finish(self) -> Mapping[int, Box]:
-        """Return the boxes of an occlusion whose end was not found; see `Finisher.finish`."""
+        """Return the boxes of an occlusion without an end; see `RevisingTracker.finish`."""
         revised: dict[int, Box] = {}
         while self._occlusion is not None and self._occlusion.candidates:
             self._resolve(self._occlusion, revised)
@@ -280,26 +280,27 @@ class Nguyen2002(SharingTracker):
     def _noise_model(self, d: int) -> appearance.NoiseModel:
         from scipy.special import chdtr, chdtri
 
-        settings = self.parameters
-        limit = float(chdtri(d, 1 - settings.delta))
+        parameters = self.parameters
+        limit = float(chdtri(d, 1 - parameters.delta))
         factor = 1.0
-        if settings.consistency and settings.gate:
-            factor = settings.delta / float(chdtr(d + 2, limit))
-        most = round(settings.gamma / settings.minimal_speed, 9)  # in floating point 0.3 / 0.05 < 6
-        patience = floor(most) + 1 if settings.outlier_rule == "exceeds" else ceil(most)
-        finest_step = 0.25 if settings.subpixel else 1.0
+        if parameters.consistency and parameters.gate:
+            factor = parameters.delta / float(chdtr(d + 2, limit))
+        # Rounded, because 0.3 / 0.05 < 6 in floating point.
+        maximum = round(parameters.gamma / parameters.minimal_speed, 9)
+        patience = floor(maximum) + 1 if parameters.outlier_rule == "exceeds" else ceil(maximum)
+        finest_step = 0.25 if parameters.subpixel else 1.0
         return appearance.NoiseModel(
             limit=limit,
-            floor=appearance.FLOORS[settings.features],
+            floor=appearance.FLOORS[parameters.features],
             factor=factor,
-            first_spread=settings.first_spread,
-            trimmed=settings.first_covariance == "inliers",
-            grid_step=finest_step if settings.misregistration else 0.0,
-            average=settings.average,
-            full=settings.covariance == "full",
-            adaptive=settings.adaptive_noise,
-            gate=settings.gate,
-            patience=patience if settings.rebootstrap else np.iinfo(np.int64).max,
+            first_spread=parameters.first_spread,
+            trimmed=parameters.first_covariance == "inliers",
+            grid_step=finest_step if parameters.misregistration else 0.0,
+            average=parameters.average,
+            full=parameters.covariance == "full",
+            adaptive=parameters.adaptive_noise,
+            gate=parameters.gate,
+            patience=patience if parameters.rebootstrap else np.iinfo(np.int64).max,
         )
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
@@ -334,13 +335,13 @@ class Nguyen2002(SharingTracker):
         self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]
     ) -> Pose:
         """Store a frame of an occlusion; at the last candidate, determine the occlusion's end."""
-        settings = self.parameters
+        parameters = self.parameters
         occlusion.images.append(image)
         offset = frame - occlusion.beginning
         if offset in self._offsets:
             candidate = self._examine(occlusion, image, offset)
             occlusion.candidates.append(candidate)
-            at_once = settings.end == "first" and candidate.share <= settings.accept
+            at_once = parameters.end == "first" and candidate.share <= parameters.accept
             if at_once:
                 occlusion.candidates = [candidate]
             if at_once or offset == self._offsets[-1]:
@@ -392,7 +393,7 @@ class Nguyen2002(SharingTracker):
 
     def _match(self, image: Image, around: Pose, search_range: int) -> tuple[Match, Array]:
         """Return the template's pose in a frame (equation 4), and the frame's features there."""
-        settings = self.parameters
+        parameters = self.parameters
         window = self._window(image, around, search_range)
         match = find_pose(
             window,
@@ -400,12 +401,12 @@ class Nguyen2002(SharingTracker):
             self._filter.residual,
             around,
             search_range,
-            sqrt(self._noise.limit) if settings.norm == "huber" else inf,
-            settings.subpixel,
-            settings.ties,
+            sqrt(self._noise.limit) if parameters.norm == "huber" else inf,
+            parameters.subpixel,
+            parameters.ties,
         )
         shape = self._height, self._width
-        return match, sample_template(window, match.pose, *shape, settings.subpixel)
+        return match, sample_template(window, match.pose, *shape, parameters.subpixel)
 
     def _view(self, image: Image, pose: Pose) -> Array:
         """Return the features of a new template, interpolated at its pose."""

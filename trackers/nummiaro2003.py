@@ -13,9 +13,9 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     nonnegative,
     positive,
-    whole,
 )
 from trackmark.trackers.base.particles import mean_state, multinomial, normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
@@ -29,9 +29,9 @@ __all__ = ["Nummiaro2003"]
 class Nummiaro2003Parameters(Parameters):
     """Parameters of `Nummiaro2003`."""
 
-    particles: int = whole(100, "number of particles N [count]", most=100_000)
+    particles: int = integer(100, "number of particles N [count]", maximum=100_000)
     colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = whole(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
+    bins: int = integer(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
     kernel: Kernel = choice(
         "isotropic",
         "kernel weight of a pixel, which decreases with distance / √(Hx² + Hy²) (isotropic) or "
@@ -89,7 +89,7 @@ class Nummiaro2003Parameters(Parameters):
         lt=1.0,
         description="b: minimum share of similar particles for tracking, exclusive [ratio]",
     )
-    loss_frames: int = whole(
+    loss_frames: int = integer(
         3,
         "number of frames with fewer similar particles after which the target counts as lost "
         "[frames]",
@@ -103,7 +103,7 @@ class Nummiaro2003Parameters(Parameters):
     appearance: Literal["current", "first"] = choice(
         "current", "model with which particles are compared to count similar ones"
     )
-    background_positions: int = whole(
+    background_positions: int = integer(
         1000, "approximate number of positions at which the background is sampled [count]"
     )
 
@@ -288,9 +288,9 @@ class Nummiaro2003(SharingTracker):
         if self._tracking:
             self._record_location(positive, coefficient)
         if self._tracking and self.parameters.model_update:
-            least = self._likelihood.least_coefficient
+            minimum = self._likelihood.least_coefficient
             updated = self._model.update(
-                histogram, coefficient, ellipse_counts, self._weights, least
+                histogram, coefficient, ellipse_counts, self._weights, minimum
             )
             if updated and self.parameters.appearance == "current":
                 self._threshold = self._background.threshold(self._model.current)
@@ -322,18 +322,18 @@ class Nummiaro2003(SharingTracker):
         regions: Array | None = None,
     ) -> None:
         """Initialise the state; `background_frame` does not contain the target."""
-        settings = self.parameters
+        parameters = self.parameters
         self._generator = np.random.default_rng(self.seed)
         self._detector = None
         height, width = frame.image.shape[:2]
         self._image_size = width, height
         self._frame, self._n_few, self._tracking = 0, 0, tracking
         self._mean, self._aspect = mean, float(mean[5] / mean[4])
-        self._particles = np.tile(mean, (settings.particles, 1))
-        self._rates = np.zeros((settings.particles, 3))
-        self._weights = normalise_log_weights(np.zeros(settings.particles))
-        apart = settings.models == "per-particle"
-        self._model = target_model.TargetModel(model, settings.particles, apart, settings.alpha)
+        self._particles = np.tile(mean, (parameters.particles, 1))
+        self._rates = np.zeros((parameters.particles, 3))
+        self._weights = normalise_log_weights(np.zeros(parameters.particles))
+        apart = parameters.models == "per-particle"
+        self._model = target_model.TargetModel(model, parameters.particles, apart, parameters.alpha)
         self._locations = motion.LocationMemory(mean[4:6], self._image_size, regions)
         if tracking:
             self._locations.record_probable(mean[:2], mean[4:6])
@@ -341,9 +341,9 @@ class Nummiaro2003(SharingTracker):
         self._background = target_model.Background(
             background_frame or frame,
             mean[4:6],
-            target_model.grid_spacing(settings.background_positions, mean[4:6], self._image_size),
+            target_model.grid_spacing(parameters.background_positions, mean[4:6], self._image_size),
             self._colours,
-            settings.kernel,
+            parameters.kernel,
             mean[:2] if background_frame is None else None,
         )
         self._threshold = self._background.threshold(model)
@@ -379,9 +379,9 @@ class Nummiaro2003(SharingTracker):
 
     def _place_particles(self) -> None:
         """Place the particles for a frame of initialisation."""
-        settings = self.parameters
+        parameters = self.parameters
         self._particles = self._locations.particles(
-            settings.placement, settings.particles, self._frame, self._generator
+            parameters.placement, parameters.particles, self._frame, self._generator
         )
         self._rates[:] = 0.0
         self._model.reset()

@@ -4,23 +4,24 @@ from typing import Any
 
 from trackmark.trackers.base.interface import Randomness
 from trackmark.trackers.base.opencv import (
-    OpenCVParameters,
     OpenCVTracker,
     find_factory,
     set_legacy_parameters,
 )
-from trackmark.trackers.base.parameters import fraction, positive, whole
+from trackmark.trackers.base.parameters import Parameters, fraction, integer, positive
 
 __all__ = ["Boosting"]
 
 
-class BoostingParameters(OpenCVParameters):
+class BoostingParameters(Parameters):
     """Parameters of `Boosting`: OpenCV's, with its defaults."""
 
     # OpenCV always creates the number of features for its defaults. With larger values, it would
     # read beyond the end of the array of features.
-    classifiers: int = whole(100, "number of selected weak classifiers [count]", most=100)
-    initial_steps: int = whole(50, "number of learning steps in the first frame [count]", most=50)
+    classifiers: int = integer(100, "number of selected weak classifiers [count]", maximum=100)
+    initial_steps: int = integer(
+        50, "number of learning steps in the first frame [count]", maximum=50
+    )
     overlap: float = fraction(0.99, "overlap of neighbouring positions in the search [fraction]")
     search_factor: float = positive(1.8, "size of the search region / size of the target [ratio]")
 
@@ -42,13 +43,13 @@ class Boosting(OpenCVTracker):
     smallest_side = 5
 
     def _make(self) -> Any:
-        settings = self.parameters
+        parameters = self.parameters
         values = {
-            "numClassifiers": settings.classifiers,
-            "iterationInit": settings.initial_steps,
-            "overlap": settings.overlap,
+            "numClassifiers": parameters.classifiers,
+            "iterationInit": parameters.initial_steps,
+            "overlap": parameters.overlap,
             # OpenCV reads both names; the second one takes effect.
-            "samplerSearchFactor": settings.search_factor,
-            "searchFactor": settings.search_factor,
+            "samplerSearchFactor": parameters.search_factor,
+            "searchFactor": parameters.search_factor,
         }
         return set_legacy_parameters(super()._make(), values)

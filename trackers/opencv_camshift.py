@@ -9,8 +9,8 @@ from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
     fraction,
+    integer,
     nonnegative,
-    whole,
 )
 
 __all__ = ["OpenCVCamShift"]
@@ -21,11 +21,11 @@ N_HUES = 180  # hue values of OpenCV's 8-bit HSV
 class OpenCVCamShiftParameters(Parameters):
     """Parameters of `OpenCVCamShift`."""
 
-    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=N_HUES)
+    hue_bins: int = integer(32, "number of bins of the hue histogram [count]", maximum=N_HUES)
     stop_distance: float = nonnegative(
         2.0, "mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(10, "maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(10, "maximum number of mean shift steps per frame [count]")
     minimum_saturation: float = fraction(
         0.0, "pixels with a lower saturation get weight 0 [fraction]"
     )
@@ -52,11 +52,11 @@ class OpenCVCamShift(TrackerPlugin):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raise TrackerError if no pixel of the box is within the limits."""
-        settings = self.parameters
+        parameters = self.parameters
         x, y, width, height = self._window = pixel_rectangle(box, image)
         patch = image[y : y + height, x : x + width]
         hsv = np.asarray(cv2.cvtColor(patch, cv2.COLOR_BGR2HSV), np.uint8)
-        counts = cv2.calcHist([hsv], [0], self._counted(hsv), [settings.hue_bins], [0, N_HUES])
+        counts = cv2.calcHist([hsv], [0], self._counted(hsv), [parameters.hue_bins], [0, N_HUES])
         if counts.max() == 0:
             raise TrackerError(
                 f"opencv-camshift: no pixel of the box {np.round(box, 1).tolist()} is within the "
@@ -67,14 +67,14 @@ class OpenCVCamShift(TrackerPlugin):
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        settings = self.parameters
+        parameters = self.parameters
         hsv = np.asarray(cv2.cvtColor(image, cv2.COLOR_BGR2HSV), np.uint8)
         weights = cv2.calcBackProject([hsv], [0], self._weights, [0, N_HUES], 1)
         weights = cv2.bitwise_and(weights, self._counted(hsv))
         criteria = (
             cv2.TERM_CRITERIA_EPS | cv2.TERM_CRITERIA_COUNT,
-            settings.max_iterations,
-            settings.stop_distance,
+            parameters.max_iterations,
+            parameters.stop_distance,
         )
         (_, size, _), (x, y, width, height) = cv2.CamShift(weights, self._window, criteria)
         has_area = max(size) > 0 and min(width, height) > 0  # the size is 0 if all weights are 0
@@ -84,7 +84,7 @@ class OpenCVCamShift(TrackerPlugin):
 
     def _counted(self, hsv: Image) -> Image:
         """Return 255 for pixels within the limits, 0 for others."""
-        settings = self.parameters
-        least = (0, 255 * settings.minimum_saturation, 255 * settings.minimum_value)
-        most = (255, 255, 255 * settings.maximum_value)
-        return np.asarray(cv2.inRange(hsv, least, most), np.uint8)
+        parameters = self.parameters
+        minimum = (0, 255 * parameters.minimum_saturation, 255 * parameters.minimum_value)
+        maximum = (255, 255, 255 * parameters.maximum_value)
+        return np.asarray(cv2.inRange(hsv, minimum, maximum), np.uint8)

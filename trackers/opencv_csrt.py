@@ -4,20 +4,21 @@ from typing import Any, Literal
 
 from pydantic import Field
 
-from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, find_factory
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory
 from trackmark.trackers.base.parameters import (
+    Parameters,
     TrackerError,
     choice,
     fraction,
+    integer,
     nonnegative,
     positive,
-    whole,
 )
 
 __all__ = ["CSRT"]
 
 
-class CSRTParameters(OpenCVParameters):
+class CSRTParameters(Parameters):
     """Parameters of `CSRT`: OpenCV's, by its names, with its defaults."""
 
     psr_threshold: float = nonnegative(
@@ -27,26 +28,28 @@ class CSRTParameters(OpenCVParameters):
     use_color_names: bool = choice(True, "whether colour names are features")
     use_gray: bool = choice(True, "whether the grey value is a feature")
     use_rgb: bool = choice(False, "whether the three colours are features")
-    num_hog_channels_used: int = whole(18, "number of HOG channels that are used [count]", most=31)
+    num_hog_channels_used: int = integer(
+        18, "number of HOG channels that are used [count]", maximum=31
+    )
     hog_orientations: float = positive(9.0, "number of HOG orientations [count]")
     hog_clip: float = positive(0.2, "value at which HOG is clipped [share]")
     use_channel_weights: bool = choice(True, "whether channels are weighted by their reliability")
     use_segmentation: bool = choice(True, "whether pixels are weighted by a segmentation")
-    histogram_bins: int = whole(
-        16, "number of bins per colour channel in the segmentation [count]", most=256
+    histogram_bins: int = integer(
+        16, "number of bins per colour channel in the segmentation [count]", maximum=256
     )
-    background_ratio: int = whole(2, "size of the background region / target size [ratio]")
+    background_ratio: int = integer(2, "size of the background region / target size [ratio]")
     histogram_lr: float = fraction(0.04, "weight of a new frame in the histograms [fraction]")
     filter_lr: float = fraction(0.02, "weight of a new frame in the filter [fraction]")
     weights_lr: float = fraction(0.02, "weight of a new frame in the channel weights [fraction]")
-    admm_iterations: int = whole(4, "number of iterations of the filter's optimisation [count]")
+    admm_iterations: int = integer(4, "number of iterations of the filter's optimisation [count]")
     padding: float = positive(3.0, "size of the search region / size of the target [ratio]")
     template_size: float = positive(200.0, "side to which the search region is scaled [pixels]")
     gsl_sigma: float = positive(1.0, "width of the desired response [cells]")
     window_function: Literal["hann", "cheb", "kaiser"] = choice("hann", "how borders fade")
     cheb_attenuation: float = positive(45.0, "attenuation of the window cheb [decibels]")
     kaiser_alpha: float = nonnegative(3.75, "shape of the window kaiser [alpha]")
-    number_of_scales: int = whole(33, "number of sizes that are tried, odd [count]")
+    number_of_scales: int = integer(33, "number of sizes that are tried, odd [count]")
     scale_step: float = Field(1.02, ge=1.0, description="ratio of consecutive sizes [ratio]")
     scale_lr: float = fraction(0.025, "weight of a new frame in the scale filter [fraction]")
     scale_sigma_factor: float = positive(
@@ -80,8 +83,13 @@ class CSRT(OpenCVTracker):
     smallest_side = 2
 
     def _make(self) -> Any:
-        settings = self.parameters
-        kinds = settings.use_hog, settings.use_color_names, settings.use_gray, settings.use_rgb
+        parameters = self.parameters
+        kinds = (
+            parameters.use_hog,
+            parameters.use_color_names,
+            parameters.use_gray,
+            parameters.use_rgb,
+        )
         if not any(kinds):  # without features, OpenCV terminates the process
             raise TrackerError(
                 "opencv-csrt has no features. Set at least one of use_hog, use_color_names, "

@@ -4,13 +4,20 @@ from typing import Any, Literal
 
 import cv2
 
-from trackmark.trackers.base.opencv import OpenCVParameters, OpenCVTracker, find_factory
-from trackmark.trackers.base.parameters import choice, fraction, nonnegative, positive, whole
+from trackmark.trackers.base.opencv import OpenCVTracker, find_factory
+from trackmark.trackers.base.parameters import (
+    Parameters,
+    choice,
+    fraction,
+    integer,
+    nonnegative,
+    positive,
+)
 
 __all__ = ["KCF"]
 
 
-class KCFParameters(OpenCVParameters):
+class KCFParameters(Parameters):
     """Parameters of `KCF`: OpenCV's, by its names, with its defaults."""
 
     detect_thresh: float = nonnegative(
@@ -29,8 +36,8 @@ class KCFParameters(OpenCVParameters):
     )
     wrap_kernel: bool = choice(False, "whether the kernel's values are wrapped around")
     compress_feature: bool = choice(True, "whether features are compressed, by OpenCV's method")
-    max_patch_size: int = whole(6400, "largest target that is not halved [square pixels]")
-    compressed_size: int = whole(2, "number of features after compression [count]", most=10)
+    max_patch_size: int = integer(6400, "largest target that is not halved [square pixels]")
+    compressed_size: int = integer(2, "number of features after compression [count]", maximum=10)
     # OpenCV fails if either of the two is empty.
     desc_pca: Literal["cn", "gray+cn"] = choice(
         "cn", "features that are compressed; cn are colour names"

@@ -3,27 +3,28 @@
 from typing import Any
 
 from trackmark.trackers.base.opencv import (
-    OpenCVParameters,
     OpenCVTracker,
     find_factory,
     set_legacy_parameters,
 )
-from trackmark.trackers.base.parameters import nonnegative, positive, whole
+from trackmark.trackers.base.parameters import Parameters, integer, nonnegative, positive
 
 __all__ = ["MedianFlow"]
 
 
-class MedianFlowParameters(OpenCVParameters):
+class MedianFlowParameters(Parameters):
     """Parameters of `MedianFlow`: OpenCV's, with its defaults."""
 
-    grid: int = whole(10, "number of points along each side of the grid [count]", most=100)
-    window: int = whole(3, "side of the window of the optical flow [pixels]", least=3)
-    levels: int = whole(5, "number of pyramid levels above the image [count]", least=0, most=10)
-    max_iterations: int = whole(20, "maximum number of iterations per level [count]")
+    grid: int = integer(10, "number of points along each side of the grid [count]", maximum=100)
+    window: int = integer(3, "side of the window of the optical flow [pixels]", minimum=3)
+    levels: int = integer(
+        5, "number of pyramid levels above the image [count]", minimum=0, maximum=10
+    )
+    max_iterations: int = integer(20, "maximum number of iterations per level [count]")
     stop_distance: float = positive(
         0.3, "the optical flow stops after a step shorter than this [pixels]"
     )
-    patch: int = whole(30, "side of the patches that are compared [pixels]", least=2)
+    patch: int = integer(30, "side of the patches that are compared [pixels]", minimum=2)
     longest_deviation: float = nonnegative(
         10.0,
         "maximum median difference of point motions from their median; above, the target is lost "
@@ -46,14 +47,14 @@ class MedianFlow(OpenCVTracker):
     create_tracker = find_factory("MedianFlow")
 
     def _make(self) -> Any:
-        settings = self.parameters
+        parameters = self.parameters
         values = {
-            "pointsInGrid": settings.grid,
-            "winSize": [settings.window] * 2,
-            "maxLevel": settings.levels,
-            "termCriteria_maxCount": settings.max_iterations,
-            "termCriteria_epsilon": settings.stop_distance,
-            "winSizeNCC": [settings.patch] * 2,
-            "maxMedianLengthOfDisplacementDifference": settings.longest_deviation,
+            "pointsInGrid": parameters.grid,
+            "winSize": [parameters.window] * 2,
+            "maxLevel": parameters.levels,
+            "termCriteria_maxCount": parameters.max_iterations,
+            "termCriteria_epsilon": parameters.stop_distance,
+            "winSizeNCC": [parameters.patch] * 2,
+            "maxMedianLengthOfDisplacementDifference": parameters.longest_deviation,
         }
         return set_legacy_parameters(super()._make(), values)

@@ -4,7 +4,7 @@ from typing import Any
 
 from trackmark.trackers.base.interface import Randomness
 from trackmark.trackers.base.opencv import OpenCVTracker, find_factory
-from trackmark.trackers.base.parameters import Parameters, positive, whole
+from trackmark.trackers.base.parameters import Parameters, integer, positive
 
 __all__ = ["MIL"]
 
@@ -13,14 +13,14 @@ class MILParameters(Parameters):
     """Parameters of `MIL`, with OpenCV's defaults."""
 
     initial_radius: float = positive(3.0, "radius of the positive bag in the first frame [pixels]")
-    initial_negatives: int = whole(65, "number of negative samples in the first frame [count]")
+    initial_negatives: int = integer(65, "number of negative samples in the first frame [count]")
     search_window: float = positive(25.0, "search radius around the last position [pixels]")
     track_radius: float = positive(4.0, "radius of the positive bag while tracking [pixels]")
-    track_positives: int = whole(
+    track_positives: int = integer(
         100_000, "maximum number of positive samples while tracking [count]"
     )
-    track_negatives: int = whole(65, "number of negative samples while tracking [count]")
-    features: int = whole(250, "number of candidate Haar features [count]")
+    track_negatives: int = integer(65, "number of negative samples while tracking [count]")
+    features: int = integer(250, "number of candidate Haar features [count]")
 
 
 class MIL(OpenCVTracker):
@@ -44,13 +44,13 @@ class MIL(OpenCVTracker):
     smallest_side = 5
 
     def _opencv_values(self) -> dict[str, Any]:
-        settings = self.parameters
+        parameters = self.parameters
         return {
-            "samplerInitInRadius": settings.initial_radius,
-            "samplerInitMaxNegNum": settings.initial_negatives,
-            "samplerSearchWinSize": settings.search_window,
-            "samplerTrackInRadius": settings.track_radius,
-            "samplerTrackMaxPosNum": settings.track_positives,
-            "samplerTrackMaxNegNum": settings.track_negatives,
-            "featureSetNumFeatures": settings.features,
+            "samplerInitInRadius": parameters.initial_radius,
+            "samplerInitMaxNegNum": parameters.initial_negatives,
+            "samplerSearchWinSize": parameters.search_window,
+            "samplerTrackInRadius": parameters.track_radius,
+            "samplerTrackMaxPosNum": parameters.track_positives,
+            "samplerTrackMaxNegNum": parameters.track_negatives,
+            "featureSetNumFeatures": parameters.features,
         }

@@ -1,6 +1,6 @@
 """Traditional particle filter: the baseline of Wang & Tang 2010."""
 
-from trackmark.trackers.base.parameters import whole
+from trackmark.trackers.base.parameters import integer
 from trackmark.trackers.maps import position_filter
 
 __all__ = ["ParticleFilter"]
@@ -9,7 +9,7 @@ __all__ = ["ParticleFilter"]
 class ParticleFilterParameters(position_filter.PositionFilterParameters):
     """Parameters of `ParticleFilter`."""
 
-    particles: int = whole(400, "number of particles N [count]", most=100_000)
+    particles: int = integer(400, "number of particles N [count]", maximum=100_000)
 
 
 class ParticleFilter(position_filter.PositionFilter):

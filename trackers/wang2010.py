@@ -1,6 +1,6 @@
 """Particle filter with improved CamShift, on colour and motion (Wang & Tang 2010)."""
 
-from trackmark.trackers.base.parameters import nonnegative, whole
+from trackmark.trackers.base.parameters import integer, nonnegative
 from trackmark.trackers.maps import position_filter
 
 __all__ = ["Wang2010"]
@@ -12,7 +12,7 @@ class Wang2010Parameters(position_filter.PositionFilterParameters):
     stop_distance: float = nonnegative(
         2.0, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(
+    max_iterations: int = integer(
         10, "n₀: maximum number of mean shift steps of a particle per frame [count]"
     )
 

@@ -9,18 +9,6 @@ True
 the definitions of scores.
 """
 
-import signal
-import sys
-
-if (
-    sys.argv[:1]
-    and sys.argv[0].rpartition("/")[2] == "trackmark"
-    and signal.getsignal(signal.SIGINT) is signal.default_int_handler
-):
-    # The command: Ctrl-C ends the process until `main` handles it. During an import, Python would
-    # print a traceback.
-    signal.signal(signal.SIGINT, signal.SIG_DFL)
-
 import importlib
 import time
 from typing import TYPE_CHECKING, Any
@@ -29,24 +17,25 @@ if TYPE_CHECKING:
     from trackmark import datasets, trackers
     from trackmark.bench import metrics
     from trackmark.bench.api.evaluation import evaluate, run
-    from trackmark.bench.api.results import Results, compare, load_results
+    from trackmark.bench.api.runs import compare, load_runs
     from trackmark.bench.evaluation.run_record import Run
     from trackmark.bench.evaluation.scoring import score
     from trackmark.bench.evaluation.sequence_cache import load_sequence
     from trackmark.bench.pages.notebook import player
+    from trackmark.bench.store.runs import Runs
     from trackmark.datasets import Sequence
     from trackmark.trackers import Estimate, Tracker
 
 __all__ = [
     "Estimate",
-    "Results",
     "Run",
+    "Runs",
     "Sequence",
     "Tracker",
     "compare",
     "datasets",
     "evaluate",
-    "load_results",
+    "load_runs",
     "load_sequence",
     "metrics",
     "player",
@@ -61,13 +50,13 @@ IMPORT_TIME = time.time()  # wall clock, as files have times of this clock
 # Module of every public name. It is imported on first use: `trackmark --help` needs no NumPy.
 _HOMES = {
     "Estimate": "trackmark.trackers",
-    "Results": "trackmark.bench.api.results",
     "Run": "trackmark.bench.evaluation.run_record",
+    "Runs": "trackmark.bench.store.runs",
     "Sequence": "trackmark.datasets",
     "Tracker": "trackmark.trackers",
-    "compare": "trackmark.bench.api.results",
+    "compare": "trackmark.bench.api.runs",
     "evaluate": "trackmark.bench.api.evaluation",
-    "load_results": "trackmark.bench.api.results",
+    "load_runs": "trackmark.bench.api.runs",
     "load_sequence": "trackmark.bench.evaluation.sequence_cache",
     "player": "trackmark.bench.pages.notebook",
     "run": "trackmark.bench.api.evaluation",

@@ -4,8 +4,8 @@ __all__ = ["MARGINS"]
 
 MARGINS = {
     "mean_overlap": 0.01,
-    "success_share": 0.01,
-    "inside_share": 0.01,
+    "success_rate": 0.01,
+    "inside_rate": 0.01,
     "centre_error": 0.5,
     "centre_error_median": 0.5,
 }

@@ -9,27 +9,24 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.analysis.by_metrics import measures_of, runs_by
-from trackmark.bench.analysis.failed_runs import with_worst_scores
-from trackmark.bench.analysis.run_tables import PRESET
-from trackmark.bench.analysis.stored_runs import open_sequence
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.analysis.by_metrics import measures_of
+from trackmark.bench.analysis.score_tables import counted, with_not_run
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interval_or_none
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.datasets import attributes
-from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table, complete, counted
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs, reopen_sequence
+from trackmark.datasets import SequenceError, attributes
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    pass
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
@@ -70,7 +67,7 @@ class Curve:
 
 
 class AttributeReport(NamedTuple):
-    """Scores of a preset by attributes."""
+    """Scores by attributes of the sequences."""
 
     table: Table
     measure: ScoreMeasure
@@ -78,41 +75,33 @@ class AttributeReport(NamedTuple):
 
 
 def attribute_report(
-    experiment: Path,
-    presets: Collection[str],
+    runs: Runs,
+    metrics: Collection[str],
     progress: Progress,
     on_message: Callable[[str], None],
 ) -> list[AttributeReport]:
-    """Return the scores of every preset by attributes of the sequences; see `attributes_of`."""
+    """Return the first score of all metrics by attributes of the sequences; see `attributes_of`."""
     reports = []
-    for preset in presets:
-        measure, runs = _scored_runs(experiment, preset)
-        names = [str(name) for name in runs["sequence"].unique()]
-        means = _means_by_sequence(runs, measure)
-        values = attributes_of(runs, names, progress, on_message)
+    for name in metrics:
+        measure = next(measure for measure in measures_of(name) if measure.direction)
+        if name != DEFAULT_METRICS:
+            measure = replace(measure, title=f"{measure.title} ({name})")
+        scored = runs.scored(name, ONE_PASS, strict=True)
+        sequences = [str(sequence) for sequence in scored["sequence"].unique()]
+        means = _means_by_sequence(scored, measure)
+        values = attributes_of(scored, sequences, progress, on_message)
         curves = attribute_curves(means, values, measure.least, measure.most)
-        name = "attributes" if preset == PRESET else f"attributes-{preset}"
-        table = attribute_table(curves, measure, name)
-        for tracker in sorted(set(runs["tracker"].astype(str)) - set(means)):
+        file_name = "attributes" if name == DEFAULT_METRICS else f"attributes-{name}"
+        table = attribute_table(curves, measure, file_name)
+        for tracker in sorted(set(scored["tracker"]) - set(means)):
             table.notes.append(f"{tracker} is left out: some of its runs have no score.")
         reports.append(AttributeReport(table, measure, curves))
     return reports
 
 
-def _scored_runs(folder: Path, preset: str) -> tuple[ScoreMeasure, pd.DataFrame]:
-    """Return the first score of a preset, and an experiment's one-pass runs with this score."""
-    measure = next(measure for measure in measures_of(preset) if measure.direction)
-    runs = load_runs(folder)
-    runs = runs[runs["protocol"] == STORED_ONE_PASS]
-    if preset != PRESET:
-        measure = replace(measure, title=f"{measure.title} ({preset})")
-        runs = runs_by(folder, preset, runs)
-    return measure, with_worst_scores(folder, runs, preset)
-
-
 def _means_by_sequence(runs: pd.DataFrame, measure: ScoreMeasure) -> dict[str, NDArray[np.float64]]:
     """Return mean scores by sequence, (n,), of trackers whose runs all have a score."""
-    runs = complete(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
+    runs = with_not_run(runs).astype(dict.fromkeys(["tracker", "sequence", "status"], str))
     names = runs["sequence"].unique()
     return {
         str(tracker): rows.groupby("sequence")[measure.name].mean().reindex(names).to_numpy()
@@ -129,31 +118,25 @@ def attributes_of(
 ) -> dict[str, NDArray[np.float64]]:
     """Return values of every attribute by sequence, (n,), NaN if a sequence does not have it.
 
-    Sequences that were measured before are not opened. `runs`: as `load_runs` returns them.
-    `sequences`: names. `progress`: called with the number of measured frames of all sequences.
-    `on_message`: called with a message on each sequence that cannot be measured.
+    Sequences that were measured before are not opened. `progress` is called with the number of
+    measured frames of all sequences, and `on_message` with a message on each sequence that cannot
+    be measured.
     """
-    whole = runs[(runs["status"] == "finished") & runs["fingerprint"].notna()]
-    rows = {
-        str(row["sequence"]): row for row in whole.drop_duplicates("sequence").to_dict("records")
-    }
-    series = {
-        name: attributes.cached_values(rows[name]["fingerprint"])
-        for name in sequences
-        if name in rows
-    }
-    unmeasured = [name for name, values in series.items() if values is None]
-    opened = {name: open_sequence(rows[name]) for name in unmeasured}
-    total = sum(len(sequence) for sequence in opened.values() if not isinstance(sequence, str))
-    done = 0
+    finished = runs[runs["status"] == "finished"].drop_duplicates("sequence").to_dict("records")
+    rows = {row["sequence"]: row for row in finished if row["sequence"] in sequences}
+    measured = {name: attributes.cached_values(row["fingerprint"]) for name, row in rows.items()}
+    opened = {}
+    for name in [name for name, values in measured.items() if values is None]:
+        try:
+            opened[name] = reopen_sequence(rows[name])
+        except SequenceError as error:
+            on_message(f"attributes are unknown: {error}")
+    total, done = sum(map(len, opened.values())), 0
     for name, sequence in opened.items():
-        if isinstance(sequence, str):
-            on_message(f"attributes are unknown: {sequence}")
-            continue
-        watch = partial(lambda before, frames, _: progress(before + frames, total), done)
-        series[name] = attributes.measure(sequence, watch)
+        report = partial(lambda before, frames, _: progress(before + frames, total), done)
+        measured[name] = attributes.measure(sequence, report)
         done += len(sequence)
-    means = {name: attributes.overall(measured) for name, measured in series.items() if measured}
+    means = {name: attributes.overall(values) for name, values in measured.items() if values}
     return {
         attribute: np.array([means.get(name, {}).get(attribute, np.nan) for name in sequences])
         for attribute in attributes.names()
@@ -241,10 +224,10 @@ def attribute_table(
     return Table(
         name=name,
         caption=(
-            f"{measure.head} against attributes of the sequences (docs/attributes.md): rank "
+            f"{measure.heading} against attributes of the sequences (docs/attributes.md): rank "
             "correlation of scores and attribute over n sequences, with its interval."
         ),
-        heads=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
+        headings=["tracker", "attribute", "n", "correlation", "interval", "lowest", "highest"],
         n_labels=2,
         rows=rows,
         notes=notes,
@@ -273,16 +256,3 @@ def _ends(curve: Curve, measure: ScoreMeasure) -> tuple[str, str]:
     first, last = curve.bins[0], curve.bins[-1]
     low, high = (f"{end.mean * measure.scale:.{measure.decimals}f}" for end in (first, last))
     return f"{low} (≤ {first.last:.2g})", f"{high} (≥ {last.first:.2g})"
-
-
-def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) -> "Figure":
-    """Draw curves, one panel per attribute."""
-    from trackmark.reports.plots import AttributeScores, attribute_plot  # imports Matplotlib
-
-    panels: dict[str, list[AttributeScores]] = {}
-    for curve in curves:
-        points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
-        bins = np.reshape(points, (-1, 4)) * [1.0, *[measure.scale] * 3]
-        drawn = AttributeScores(curve.label, curve.places, curve.scores * measure.scale, bins)
-        panels.setdefault(attributes.find(curve.attribute).head, []).append(drawn)
-    return attribute_plot(panels, measure.head, title)

@@ -1,13 +1,14 @@
 """Comparison of trackers on stored runs: differences of pairs with intervals and decisions.
 
 Repetitions on a sequence are averaged first, then the sequences of a unit. Trackers are paired by
-sequence, not by seed, because equal seeds have no common effect on two methods.
+sequence, not by repetition, because equal repetitions have no common effect on two methods.
 """
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations
 from math import inf, nan
+from pathlib import Path
 from typing import TypeAlias
 
 import numpy as np
@@ -16,14 +17,17 @@ from numpy.typing import NDArray
 
 from trackmark.bench.analysis.comparable_runs import (
     AllFailedError,
+    ComparisonError,
     check_runs,
+    same_boxes,
     selected_trackers,
 )
 from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.families import Families
-from trackmark.bench.analysis.run_tables import without_undefined
+from trackmark.bench.analysis.published_scores import with_published
+from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
 from trackmark.bench.analysis.times import TIME, clock_of, time_mark, time_notes, with_times
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
@@ -33,6 +37,7 @@ from trackmark.bench.statistics.rules import (
     loser_of,
 )
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.bench.store.runs import Runs
 from trackmark.reports.tables import ScoreMeasure
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
@@ -49,7 +54,7 @@ class Standing:
     tracker: str
     mean: float
     interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
-    contender: bool  # True: no answer calls another tracker better; the tracker gets a star
+    is_unbeaten: bool  # no other tracker is better; tables mark such trackers with a star
     kept: float  # share of runs that never lost the target; the name is a key of --json
     ms_per_frame: float  # mean over the sequences [ms]
     fps: float  # frames per second of this mean
@@ -197,8 +202,54 @@ def _in_order(value: str) -> tuple[bool, float, str]:
     return value != DEFAULT, number, value
 
 
-def compare(
-    runs: pd.DataFrame,
+def compare_runs(
+    runs: Runs,
+    metrics: str,
+    measure: ScoreMeasure,
+    trackers: Sequence[str] | None = None,
+    against: str | None = None,
+    *,
+    protocol: str = ONE_PASS,
+    published: Path | None = None,
+    by_scene: bool = False,
+    families: Families | None = None,
+) -> Comparison:
+    """Compare trackers by a score of metrics on runs by one protocol; see `compare_trackers`.
+
+    The title of the measure names the protocol, but one-pass evaluation only if runs by other
+    protocols exist. `published` is a CSV file with scores of further trackers.
+    """
+    others = [name for name in runs.protocols if name != protocol]
+    if protocol not in runs.protocols:
+        remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol."
+        raise ComparisonError(
+            f"no stored run used the protocol {protocol}.{remedy if others else ''}"
+        )
+    if others or protocol != ONE_PASS:
+        measure = replace(measure, title=f"{measure.title}, protocol {protocol}")
+    scored = runs.scored(metrics, protocol, strict=True)
+    if protocol != ONE_PASS:
+        scored = scored.assign(first_loss=nan)  # is defined for one-pass runs only
+    if published is not None:
+        scored, further = with_published(scored, published, measure)
+        trackers = None if trackers is None else [*trackers, *further]
+    return compare_trackers(
+        scored,
+        runs.timed,
+        measure,
+        trackers,
+        against,
+        by_scene=by_scene,
+        families=families,
+        attributes=runs.attributes,
+        same_boxes=same_boxes(runs, protocol),
+        not_repeatable=not_repeatable(runs.table),
+    )
+
+
+def compare_trackers(
+    scored: pd.DataFrame,
+    timed: pd.DataFrame,
     measure: ScoreMeasure,
     trackers: Sequence[str] | None = None,
     against: str | None = None,
@@ -211,18 +262,30 @@ def compare(
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
-    `runs`: as `load_runs` returns them, of one experiment; failed runs have the worst scores.
-    `measure`: column of `runs`, with direction and margin. `trackers`: labels; by default all
-    stored trackers. `against`: tracker to compare with every other tracker. `by_scene`: units are
-    scenes, also for several families. `families`: declared families, which are then the units.
-    `attributes`: by sequence. `same_boxes`: number of sequences with equal boxes, by pair of
-    trackers. `not_repeatable`: trackers that gave different boxes with the same seed.
+    Sequences on which no run has a score, such as those of one frame, are left out. Raises
+    `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
 
-    Sequences on which no run has a score, such as those of one frame, are left out.
-
-    Raises `ComparisonError` for runs that cannot be compared, `AllFailedError` if all failed.
+    Parameters
+    ----------
+    scored, timed : DataFrame
+        Runs by one protocol, as `Runs.scored` returns them, and timing runs.
+    measure : ScoreMeasure
+        Column of `scored` with direction and margin.
+    trackers : sequence of str, optional
+        Labels; by default all trackers of `scored`.
+    against : str, optional
+        Tracker to compare with every other tracker; all pairs by default.
+    by_scene : bool
+        Whether the units are scenes, also for several families.
+    families : Families, optional
+        Declared families, which are then the units.
+    attributes : mapping of str to collection of str, optional
+        Attributes by sequence.
+    same_boxes : mapping of (str, str) to int, optional
+        Number of sequences with equal boxes, by pair of trackers.
+    not_repeatable : collection of str
+        Trackers that gave different boxes in repeated runs.
     """
-    scored = runs[runs["protocol"] == STORED_ONE_PASS]
     labels = selected_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(labels)]
     failures = failed_runs(scored, "0" if measure.direction == "higher" else "the worst score")
@@ -231,19 +294,17 @@ def compare(
     if not labels:
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     scored, undefined = without_undefined(scored, measure.name)
-    runs = runs[~runs["sequence"].astype(str).isin(undefined)]
+    timed = timed[timed["tracker"].isin(labels) & ~timed["sequence"].isin(undefined)]
     sequences = [str(name) for name in scored["sequence"].unique()]
     check_runs(scored, labels, sequences, measure)
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
-    cells = {key: values.to_numpy(np.float64) for key, values in grouped}
-    scores = {name: [cells[name, sequence] for sequence in sequences] for name in labels}
+    by_pair = {pair: values.to_numpy(np.float64) for pair, values in grouped}
+    scores = {name: [by_pair[name, sequence] for sequence in sequences] for name in labels}
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
     declared = None if families is None else families.by_name(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {})
-    compared = runs[runs["tracker"].isin(labels)]
-    one_pass, timed = (compared[compared["protocol"] == p] for p in (STORED_ONE_PASS, TIMING))
-    times, measured = with_times(one_pass, timed)
+    times, measured = with_times(scored, timed)
     unbeaten = _unbeaten(means, pairs, units)
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     best = max(standings, key=lambda standing: _sign(measure) * standing.mean)

@@ -87,16 +87,16 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
     standings = ranked if verbose else ranked[:MAX_LINES]
     rows = [_standing_cells(short, standing, digits=2) for standing in standings]
-    heads, ranks = _standing_heads(comparison)
+    headings, ranks = _standing_heads(comparison)
     if few:  # there are no intervals
-        del heads[2], ranks[1]
+        del headings[2], ranks[1]
         for row in rows:
             del row[2]
     notes = [*_star_notes(comparison), *comparison.time_notes]
     others = len(ranked) - len(standings)
     notes += [f"{others} more trackers: --verbose"] if others else []
     caption = _standings_caption(comparison)
-    return Table("comparison", caption, heads, 1, rows, notes, ranks=ranks)
+    return Table("comparison", caption, headings, 1, rows, notes, ranks=ranks)
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -156,8 +156,8 @@ def shown_pairs(comparison: Comparison) -> list[Pair]:
 
 def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
     """Return the headings of the table of trackers, and the ranks of its columns."""
-    heads = ["tracker", comparison.measure.head, "95 %", "survival [%]", TIME.head, "fps"]
-    return heads, [0, 1, 3, 2, 4]
+    headings = ["tracker", comparison.measure.heading, "95 %", "survival [%]", TIME.heading, "fps"]
+    return headings, [0, 1, 3, 2, 4]
 
 
 def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
@@ -165,7 +165,7 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
     remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
     return [
         Cell(standing.tracker + remark),
-        Cell(_number(comparison, standing.mean), standing.contender),
+        Cell(_number(comparison, standing.mean), standing.is_unbeaten),
         Cell(_interval(comparison, standing.interval)),
         Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
         Cell(time_text(standing.ms_per_frame, comparison.time_mark, digits)),
@@ -181,11 +181,11 @@ def _standings(comparison: Comparison) -> Table:
         data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     notes = [*_star_notes(comparison), *comparison.time_notes]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
-    heads, ranks = _standing_heads(comparison)
+    headings, ranks = _standing_heads(comparison)
     return Table(
         name="comparison",
         caption=_standings_caption(comparison),
-        heads=heads,
+        headings=headings,
         n_labels=1,
         rows=rows,
         ranks=ranks,
@@ -198,7 +198,7 @@ def _star_notes(comparison: Comparison) -> list[str]:
     """Return the meaning of the star, or that there are too few units for stars."""
     if few := _too_few(comparison):
         return [few]
-    if not any(standing.contender for standing in comparison.standings):
+    if not any(standing.is_unbeaten for standing in comparison.standings):
         return []
     pairs = f", in the pairs with {comparison.main}" if comparison.against else ""
     return [f"*: no other tracker is better{pairs}"]
@@ -206,7 +206,7 @@ def _star_notes(comparison: Comparison) -> list[str]:
 
 def _standings_caption(comparison: Comparison) -> str:
     """Return score and counts; each interval of a tracker's own mean holds alone."""
-    text = f"{comparison.measure.head}, {_counts(comparison)}"
+    text = f"{comparison.measure.heading}, {_counts(comparison)}"
     if _too_few(comparison):
         return text
     return f"{text}; 95 % intervals {comparison.units.scope}"
@@ -246,7 +246,7 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
     others = len(comparison.pairs) - len(pairs)
     notes += [f"{others} more pairs: --verbose"] if others else []
     table = _table_of_pairs(comparison, rows)
-    table.heads[1] = table.heads[1].replace("difference", "diff.")
+    table.headings[1] = table.headings[1].replace("difference", "diff.")
     caption = f"differences, first minus second{_joint_level(comparison)}"
     return replace(table, caption=caption, notes=notes)
 
@@ -286,8 +286,8 @@ def pair_table(comparison: Comparison) -> Table:
     level = _joint_level(comparison)
     level = f"{level}, {comparison.units.scope}" if level else ""
     caption = (
-        f"Differences, first minus second: {comparison.measure.head}, {_counts(comparison)}{level}."
-        f" Margin {_margin(comparison)}."
+        f"Differences, first minus second: {comparison.measure.heading}, {_counts(comparison)}"
+        f"{level}. Margin {_margin(comparison)}."
     )
     data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
     table = _table_of_pairs(comparison, rows)
@@ -296,8 +296,8 @@ def pair_table(comparison: Comparison) -> Table:
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
-    heads = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
-    return replace(text_table("comparison-pairs", "", heads, rows), ranks=[1, 1, 2, 0])
+    headings = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
+    return replace(text_table("comparison-pairs", "", headings, rows), ranks=[1, 1, 2, 0])
 
 
 def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
@@ -332,7 +332,7 @@ def _differences(comparison: Comparison) -> Table:
         [unit, *(_number(comparison, value, signed=True) for value in values)]
         for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
     ]
-    caption = f"Differences of {comparison.measure.head} by {kind}."
+    caption = f"Differences of {comparison.measure.heading} by {kind}."
     return text_table("comparison-differences", caption, [kind, *labels], rows, notes=notes)
 
 
@@ -351,8 +351,8 @@ def _sequences(comparison: Comparison) -> Table:
         rows.append(row)
     return Table(
         name="comparison-sequences",
-        caption=f"{comparison.measure.head} by sequence, ± standard deviation over repetitions.",
-        heads=["sequence", *comparison.scores],
+        caption=f"{comparison.measure.heading} by sequence, ± standard deviation over repetitions.",
+        headings=["sequence", *comparison.scores],
         n_labels=1,
         rows=_cells(rows),
         data=pd.DataFrame(data),
@@ -376,11 +376,11 @@ def _subset_table(comparison: Comparison) -> Table:
     return Table(
         name="comparison-parts",
         caption=(
-            f"Differences of {comparison.measure.head} by parameter and by attribute (of sequences "
-            f"in which it occurs), first minus second, on n sequences; 95 % intervals over "
-            f"{comparison.units.plural}, not corrected for multiple comparisons."
+            f"Differences of {comparison.measure.heading} by parameter and by attribute (of "
+            "sequences in which it occurs), first minus second, on n sequences; 95 % intervals "
+            f"over {comparison.units.plural}, not corrected for multiple comparisons."
         ),
-        heads=["pair", "part", "n", _difference_head(comparison), "95 %"],
+        headings=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
         rows=_cells(rows),
         data=pd.DataFrame(data),
@@ -506,7 +506,7 @@ def _cells(rows: Iterable[Sequence[str]]) -> list[list[Cell]]:
 
 
 def _difference_head(comparison: Comparison) -> str:
-    return replace(comparison.measure, title="difference").head
+    return replace(comparison.measure, title="difference").heading
 
 
 def _ends(interval: Limits) -> dict[str, float]:

@@ -1,17 +1,12 @@
 """Hint on trackers that return corners `[x1, y1, x2, y2]` instead of `[x, y, width, height]`."""
 
-from pathlib import Path
-
 import numpy as np
-import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.runs import Runs
 
 _MIN_GAIN = 0.3
 """Gain of mean overlap above which boxes are likely to be corners."""
@@ -23,20 +18,20 @@ _MAX_RUNS = 3
 """Maximum number of runs of a tracker that are read."""
 
 
-def corner_boxes(folder: Path, runs: pd.DataFrame) -> list[str]:
+def corner_boxes(runs: Runs, protocol: str = "") -> list[str]:
     """Return a hint for each tracker whose boxes match the targets only as corners.
 
-    `folder`: folder of the results. `runs`: as `load_runs` returns them. Of each tracker, the first
-    finished runs with a low or unknown overlap are checked.
+    Of each tracker, the first finished runs with a low or unknown overlap are checked, by default
+    those by any protocol.
     """
-    hints, results = [], Results(folder)
-    finished = runs[(runs["status"] == "finished") & (runs["protocol"] != TIMING)]
+    hints, table = [], runs.table
+    is_checked = table["protocol"] == protocol if protocol else table["protocol"] != TIMING
+    finished = table[(table["status"] == "finished") & is_checked]
     overlaps = finished.reindex(columns=["mean_overlap"])["mean_overlap"]
     low = finished[~(overlaps >= 1 - _MIN_GAIN)]
-    for tracker, rows in low.astype({"tracker": str}).groupby("tracker", sort=False):
-        for row in rows.head(_MAX_RUNS).to_dict("records"):
-            truth = read_truth(folder, row["sequence"], row["fingerprint"]).boxes
-            gain = _gain(results.read(run_key(row)), truth)
+    for tracker, rows in low.groupby("tracker", sort=False):
+        for _, run, truth in runs.read(rows.head(_MAX_RUNS).to_dict("records")):
+            gain = _gain(run, truth.boxes)
             if gain > _MIN_GAIN:
                 hints.append(
                     f"{tracker}: the boxes look like [x1, y1, x2, y2]. Expected: [x, y, width, "

@@ -6,7 +6,6 @@ import numpy as np
 import pandas as pd
 
 from trackmark.bench.analysis.comparable_runs import ComparisonError
-from trackmark.bench.protocols import STORED_ONE_PASS
 from trackmark.reports.tables import ScoreMeasure
 
 
@@ -18,7 +17,7 @@ def with_published(
     Parameters
     ----------
     runs : DataFrame
-        Runs as `bench.load_runs` returns them.
+        Runs as `Runs.scored` returns them.
     file : Path
         CSV with the columns `tracker`, `sequence` and the measure's name. Sequences without runs
         are ignored.
@@ -47,7 +46,6 @@ def with_published(
     published = scores.assign(
         tracker=scores["tracker"] + " (published)",
         repetition=0,
-        protocol=STORED_ONE_PASS,
         status="finished",
     )
     whole = pd.concat([runs, published], ignore_index=True)

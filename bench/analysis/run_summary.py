@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf, isfinite
 from pathlib import Path
@@ -10,11 +10,10 @@ from typing import Any, TypeAlias
 
 import pandas as pd
 
-from trackmark.bench.analysis.comparison import Comparison, compare
+from trackmark.bench.analysis.comparison import Comparison, compare_trackers
 from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_tables import (
-    PRESET,
     SUMMARY,
     mean_table,
     not_repeatable,
@@ -31,9 +30,8 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.layout import RunKey
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
@@ -66,51 +64,45 @@ class RunSummary:
     def lines(self, *, quiet: bool = False) -> list[str]:
         """Return the lines for a terminal; if `quiet`, without the table."""
         sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
-        head = [*self.failures, *([""] if self.failures else [])]
-        head += [line for sentence in sentences for line in wrap(sentence).splitlines()]
-        return head if quiet else [*head, "", *terminal_lines(self.table)]
+        first_lines = [*self.failures, *([""] if self.failures else [])]
+        first_lines += [line for sentence in sentences for line in wrap(sentence).splitlines()]
+        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
 
 
-def summarise(folder: Path, cells: Collection[RunKey] | None = None) -> RunSummary | None:
-    """Return the summary of the one-pass runs of an experiment; None without such runs.
+def summarise(runs: Runs) -> RunSummary | None:
+    """Return the summary of one-pass runs; None without such runs.
 
-    `folder`: folder of the results. `cells`: selected runs, all by default. Times come from timing
-    runs if these exist. Raises `ResultsError` if a file cannot be read.
+    Times come from timing runs if these exist.
     """
-    selected = load_runs(folder, cells)
-    runs = selected[selected["protocol"] == STORED_ONE_PASS]
-    if runs.empty:
+    scored = runs.scored(DEFAULT_METRICS, ONE_PASS)
+    if scored.empty:
         return None
-    every = selected if cells is None else load_runs(folder)
-    timed = every[every["protocol"] == TIMING]
-    scored = with_worst_scores(folder, runs)
-    means = summary_of(scored, timed, "")
+    means = summary_of(scored, runs.timed, "")
     by_tracker = means_by_tracker(means)
-    _, measured = with_times(scored, timed)
+    _, measured = with_times(scored, runs.timed)
     notes = [note for note in means.notes if " runs failed (" not in note]
-    comparable = pd.concat([scored, timed[timed["tracker"].isin(list(by_tracker))]])
-    warnings = [*not_repeatable(selected).values()]
-    answered, _ = answer_on(comparable, by_tracker)
+    answered, _ = answer_on(scored, runs.timed, by_tracker)
     return RunSummary(
         answered,
-        failure_lines(runs, folder),
+        failure_lines(scored, runs.folder),
         _table(by_tracker, time_mark(measured), notes),
-        warnings,
+        [*not_repeatable(runs.table).values()],
     )
 
 
 def answer_on(
-    runs: pd.DataFrame, means: MeansByTracker, **details: Any
+    scored: pd.DataFrame, timed: pd.DataFrame, means: MeansByTracker, **details: Any
 ) -> tuple[Answer, Comparison | None]:
     """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
 
-    `runs`: failed ones have the worst scores. `means`: rows of the table of means. `details`:
-    further arguments of `compare`.
+    `scored` are the one-pass runs, `means` the rows of their table of means, and `details` further
+    arguments of `compare_trackers`.
     """
     ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
-    left_out = failed_runs(runs[runs["protocol"] == STORED_ONE_PASS]).left_out
+    left_out = failed_runs(scored).left_out
     if ranked:
-        comparison = compare(runs, SUMMARY[0], [*ranked, *left_out], **details)
+        labels = [*ranked, *left_out]
+        comparison = compare_trackers(scored, timed, SUMMARY[0], labels, **details)
         return answer_of(comparison), comparison
     if any(not entry["mean_overlap"]["lacking"] for entry in means.values()):
         return Answer("There is no answer: no sequence has a target after its first frame."), None
@@ -149,52 +141,52 @@ def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
             f"{_number(mean, '.2f')}{missing}",
             f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
             "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
-            _number(100 * values["success_share"], ".0f", " %"),
+            _number(100 * values["success_rate"], ".0f", " %"),
             _number(values["centre_error"], ".1f", " px"),
             time_text(values[TIME.name], mark),
             fps_text(values[TIME.name]),
         ]
         rows.append([Cell(text) for text in texts])
-    heads = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
-    heads += [TIME.head, "fps"]
+    headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+    headings += [TIME.heading, "fps"]
     ranks = [0, 9, 3, 1, 4, 2, 5]
     if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
-        del heads[3], ranks[2]
+        del headings[3], ranks[2]
         for row in rows:
             del row[3]
     others = len(means) - len(rows)
     more = [f"{others} more trackers: --verbose"] if others else []
-    return Table("short", "", heads, 1, rows, [*more, *notes], ranks=ranks)
+    return Table("short", "", headings, 1, rows, [*more, *notes], ranks=ranks)
 
 
-def summarise_times(folder: Path, cells: Collection[RunKey]) -> list[str]:
+def summarise_times(runs: Runs) -> list[str]:
     """Return lines on timing runs: the fastest tracker, and a table of the times."""
-    runs = load_runs(folder, cells)
-    lines = failure_lines(runs, folder)
-    mark, notes = time_mark(runs), time_notes(runs)
-    table = replace(with_fps(mean_table(runs, TIMES, "", PRESET), mark), caption="")
+    timed = runs.timed
+    lines = failure_lines(timed, runs.folder)
+    mark, notes = time_mark(timed), time_notes(timed)
+    table = replace(with_fps(mean_table(timed, TIMES, "", DEFAULT_METRICS), mark), caption="")
     table = replace(table, notes=[*table.notes, *notes])
     times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
     if times.empty:
-        head = "There is no answer: the timing runs failed."
+        sentence = "There is no answer: the timing runs failed."
     else:
-        clocks = clock_of(runs)
+        clocks = clock_of(timed)
         most_used = max(clocks.values(), key=list(clocks.values()).count)
         comparable = times[[name for name in times.index if clocks.get(name) == most_used]]
         fastest = str(comparable.idxmin())
         verb = "is the fastest" if len(comparable) > 1 else "was timed"
-        head = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
-    return [*lines, *([""] if lines else []), head, "", *terminal_lines(table)]
+        sentence = f"{fastest} {verb}: {time_text(comparable.min())} ms per frame."
+    return [*lines, *([""] if lines else []), sentence, "", *terminal_lines(table)]
 
 
 def _number(value: float, form: str, unit: str = "") -> str:
     return f"{value:{form}}{unit}" if isfinite(value) else MISSING
 
 
-def failure_lines(runs: pd.DataFrame, folder: Path) -> list[str]:
+def failure_lines(runs: pd.DataFrame, folder: Path | None) -> list[str]:
     """Return lines on failed runs: their number, and frame, reason and code line of the first ones.
 
-    `runs`: as `load_runs` returns them.
+    The last line names the command that lists all failed runs in the results folder.
     """
     failed = runs[runs["status"] == "failed"]
     if failed.empty:

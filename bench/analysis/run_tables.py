@@ -1,15 +1,14 @@
 """Tables of stored results."""
 
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.analysis import MARGINS
-from trackmark.bench.analysis.failed_runs import with_worst_scores
+from trackmark.bench.analysis.score_tables import Uncertainty, sequence_table, summary_table
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -18,27 +17,19 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.data_frames import load_runs, with_revised_scores
-from trackmark.bench.store.layout import RunKey
-from trackmark.bench.store.results import Results
-from trackmark.reports.tables import (
-    ScoreMeasure,
-    Table,
-    Uncertainty,
-    sequence_table,
-    summary_table,
-)
-
-PRESET = "native"
+from trackmark.bench.store.data_frames import with_revised_scores
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
+from trackmark.reports.tables import ScoreMeasure, Table
 
 SUMMARY = tuple(
     replace(measure, least=0.0, margin=MARGINS[measure.name])
     for measure in (
         ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
-        ScoreMeasure("success_share", "success", "%", "higher", 1, scale=100, most=1.0),
-        ScoreMeasure("inside_share", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        ScoreMeasure("success_rate", "success", "%", "higher", 1, scale=100, most=1.0),
+        ScoreMeasure("inside_rate", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
         ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
         ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
@@ -49,7 +40,7 @@ PER_SEQUENCE = (
     ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3),
     ScoreMeasure("success_frames", "success", "frames", "higher", 1, out_of="evaluated_frames"),
     ScoreMeasure(
-        "frames_inside", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
+        "inside_frames", "inside", "frames", "higher", 1, out_of="evaluated_frames", rank=2
     ),
     ScoreMeasure(
         "first_loss", "first loss", "frame", "higher", 1, out_of="frames", never="none", rank=1
@@ -80,35 +71,25 @@ SEGMENTATION = (
 """Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
 
 
-def title_of(folder: Path, *, named: bool = False) -> str:
-    """Return the title of an experiment's results; `named`: start with the name of its folder."""
-    title = Results(folder).manifest().title or folder.name
-    return f"{folder.name}: {title}" if named and title != folder.name else title
+def tables(runs: Runs, title: str = "") -> list[Table]:
+    """Make the tables of one-pass and timing runs: summary, sequences, masks if any, and times.
 
-
-def tables(folder: Path, cells: Collection[RunKey] | None = None, title: str = "") -> list[Table]:
-    """Make the tables of one experiment: summary and sequences, masks if there are any, and times.
-
-    `cells`: selected runs, all by default; times come from all timing runs. `title`: title of the
-    experiment by default. If a tracker revised boxes, there are tables of the online boxes and of
-    the revised boxes, which captions distinguish.
+    Captions start with `title`, by default that of the experiment. If a tracker revised boxes,
+    there are tables of the online boxes and of the revised boxes, which captions distinguish.
     """
-    runs = load_runs(folder, cells)
-    title = title or title_of(folder)
-    scored = with_worst_scores(folder, runs[runs["protocol"] == "accuracy"])
-    every = runs if cells is None else load_runs(folder)
-    timed, all_timed = (frame[frame["protocol"] == "timing"] for frame in (runs, every))
+    title = title or runs.title
+    scored, timed = runs.scored(DEFAULT_METRICS, ONE_PASS), runs.timed
     revised = with_revised_scores(scored)
     if revised is None:
-        result = score_tables(scored, all_timed, title)
+        result = score_tables(scored, timed, title)
     else:
-        result = score_tables(scored, all_timed, f"{title}, online boxes")
-        again = score_tables(revised, all_timed, f"{title}, revised boxes")
+        result = score_tables(scored, timed, f"{title}, online boxes")
+        again = score_tables(revised, timed, f"{title}, revised boxes")
         result += [replace(table, name=f"{table.name}-revised") for table in again]
     segmenting = scored[scored["tracker"].isin(_segmenting(scored))]
     masks = f"{title}, masks: region similarity J and contour accuracy F as DAVIS defines them"
     result += _table_of("segmentation", segmenting, SEGMENTATION, masks)
-    notes = not_repeatable(runs).values()
+    notes = not_repeatable(runs.table).values()
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     for table in _table_of("times", timed, TIMES, f"{title}, timing runs"):
         marked = with_fps(table, time_mark(timed))
@@ -122,28 +103,30 @@ def _table_of(
     """Make a table of scores by sequence with the given name; an empty list without runs."""
     if runs.empty:
         return []
-    return [replace(sequence_table(runs, measures, title, PRESET), name=name)]
+    return [replace(sequence_table(runs, measures, title, DEFAULT_METRICS), name=name)]
 
 
 def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
-    """Return a note for each tracker whose accuracy and timing runs of one seed differ in scores.
+    """Return a note for each tracker with different scores in a one-pass and its timing run.
 
-    `runs`: as `load_runs` returns them. Scores are compared, as equal boxes have equal scores.
+    `runs`: as in `Runs.table`. Scores are compared, as equal boxes have equal scores.
     """
     key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
     first, second = (
         finished[finished["protocol"] == name].astype(dict.fromkeys(key[:2], str)).set_index(key)
-        for name in ("accuracy", "timing")
+        for name in (ONE_PASS, TIMING)
     )
     both = first.index.intersection(second.index)
     before, again = (frame.loc[both, scores].to_numpy(np.float64) for frame in (first, second))
     differs = ~np.isclose(before, again, rtol=0, atol=1e-9, equal_nan=True).all(axis=1)
-    cells = {tracker: (sequence, seed) for tracker, sequence, seed in both[differs][::-1]}
+    first_differences = {
+        tracker: (sequence, repetition) for tracker, sequence, repetition in both[differs][::-1]
+    }
     return {
-        tracker: f"{tracker} is not repeatable: seed {seed} gave other boxes on {sequence} in a "
-        "timing run"
-        for tracker, (sequence, seed) in cells.items()
+        tracker: f"{tracker} is not repeatable: repetition {repetition} gave other boxes on "
+        f"{sequence} in a timing run"
+        for tracker, (sequence, repetition) in first_differences.items()
     }
 
 
@@ -156,7 +139,7 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     result = [summary_of(scored, timed, title)] if several else []
     if len(scored):
         columns = PER_SEQUENCE + _mask_columns(scored)
-        result.append(sequence_table(scored, columns, title, PRESET))
+        result.append(sequence_table(scored, columns, title, DEFAULT_METRICS))
     return result
 
 
@@ -164,7 +147,7 @@ def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
-    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, PRESET)
+    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, DEFAULT_METRICS)
     table = with_fps(table, time_mark(measured))
     notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
     return replace(table, notes=[*table.notes, *notes])
@@ -203,7 +186,7 @@ def mean_table(
     scored: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     title: str,
-    preset: str,
+    metrics: str,
     *,
     skip_undefined: bool = False,
 ) -> Table:
@@ -217,7 +200,7 @@ def mean_table(
     }
     runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
     how = uncertainty_of, meaning_of_intervals(units)
-    return summary_table(runs, measures, title, preset, *how, skip_undefined=skip_undefined)
+    return summary_table(runs, measures, title, metrics, *how, skip_undefined=skip_undefined)
 
 
 def meaning_of_intervals(units: StatisticalUnits) -> str:

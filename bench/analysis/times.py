@@ -25,7 +25,7 @@ TIMES = (
 """Columns of timing runs."""
 
 APPROXIMATE = "~"
-"""Mark of times of accuracy runs, in which trackers share the machine."""
+"""Mark of times of one-pass runs, in which trackers share the machine."""
 
 DISTURBED = "!"
 """Mark of times that other load has disturbed."""
@@ -140,7 +140,7 @@ def _fps(milliseconds: float) -> str:
 
 def with_fps(table: Table, mark: str = "") -> Table:
     """Insert the column `fps` after `ms/frame`, and put a mark before the times."""
-    column = table.heads.index(TIME.head)
+    column = table.headings.index(TIME.heading)
     times = table.data[table.data["measure"] == TIME.name]  # one value per row of the table
     rows = []
     for cells, mean in zip(table.rows, times["mean"].tolist(), strict=True):
@@ -150,7 +150,7 @@ def with_fps(table: Table, mark: str = "") -> Table:
     gaps = ["standard_deviation", "low", "high"]
     fps = times.assign(measure="fps", mean=1e3 / times["mean"], **dict.fromkeys(gaps, np.nan))
     data = pd.concat([table.data, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)
-    heads = [*table.heads[: column + 1], "fps", *table.heads[column + 1 :]]
+    headings = [*table.headings[: column + 1], "fps", *table.headings[column + 1 :]]
     after = column - table.n_labels + 1
     ranks = [*table.ranks[:after], 0, *table.ranks[after:]] if table.ranks else []
-    return replace(table, heads=heads, rows=rows, data=data, ranks=ranks)
+    return replace(table, headings=headings, rows=rows, data=data, ranks=ranks)

@@ -11,15 +11,14 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
-from trackmark.bench.api.results import Results, load_experiment, preset_for
+from trackmark.bench.api.process_state import ProcessState
+from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
     tracker_texts,
     unsaved_reason,
 )
-from trackmark.bench.engine.process_state import ProcessState
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
-from trackmark.bench.evaluation.recorder import NotAttributableError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
@@ -29,9 +28,10 @@ from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
 from trackmark.bench.process_tree import in_child
-from trackmark.bench.protocols import ONE_PASS, parse_protocol, stored_protocol
+from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
+from trackmark.bench.store.truth import stored_truth
+from trackmark.bench.temporary_paths import remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
-from trackmark.reports.temporary_paths import remove_abandoned
 from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.estimate_check import value_text
 
@@ -47,7 +47,7 @@ def evaluate(
     metrics: str = "native",
     seed: int | None = None,
     raise_errors: bool = False,
-) -> Results:
+) -> PrintedRuns:
     """Run trackers on sequences in this process, and keep the runs in memory.
 
     Parameters
@@ -64,7 +64,7 @@ def evaluate(
     repetitions : int
         Number of runs of stochastic trackers per sequence; other trackers run once.
     protocol : str
-        Protocol, for example `supervised:skip=10`; see docs/protocols.md.
+        Protocol, for example `supervised:skip_frames=10`; see docs/protocols.md.
     metrics : str
         Default metrics of the results: one of `trackmark.metrics.names()`.
     seed : int, optional
@@ -75,7 +75,7 @@ def evaluate(
 
     Returns
     -------
-    Results
+    Runs
         One run per tracker, sequence and repetition.
 
     Raises
@@ -87,25 +87,25 @@ def evaluate(
         of one of several sequences cannot be read, a warning is issued and its runs are missing.
     """
     base_seed = 0 if seed is None else seed
-    stored = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
+    protocol_key = _check(protocol, metrics, repetitions=repetitions, seed=base_seed)
     specs = resolve_trackers(trackers, repetitions, seed)
     opened = _open_sequences(sequences)
     for sequence, _ in opened:
         sequence.check_runnable()
-    in_memory = {spec.label: unsaved_reason(spec) for spec in specs}
+    unsaved_reasons = {spec.label: unsaved_reason(spec) for spec in specs}
     entries = _entries(specs, repetitions)
     search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
-        runs, errors = _run_all(entries, opened, stored, raise_errors)
+        runs, errors = _run_all(entries, opened, protocol_key, raise_errors)
         # Only a run can show that its tracker draws from global generators.
-        drew = {run.identity.tracker for run in runs if "generators" in run.circumstances}
+        drew = {run.identity.tracker for run in runs if "generators" in run.metadata}
         stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
         missing = [
             (spec, repetition) for spec in stochastic for repetition in range(1, repetitions)
         ]
         readable = [pair for pair in opened if pair[0].name not in errors]
-        more, more_errors = _run_all(missing, readable, stored, raise_errors)
+        more, more_errors = _run_all(missing, readable, protocol_key, raise_errors)
     finally:
         close_idle_processes()
         sys.path[:] = search_path
@@ -119,22 +119,24 @@ def evaluate(
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
     _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
-    by_key = _by_key([*runs, *more], specs, sequences_run)
-    results = Results(by_key, stored, metrics, sequences_run, in_memory)
-    _warn_of_failures(results)
-    return results
+    truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
+    evaluated = PrintedRuns.in_memory(_in_order([*runs, *more], specs, sequences_run), truths)
+    evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
+    evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run
+    _warn_of_failures(evaluated)
+    return evaluated
 
 
 def run(
     trackers: Any,
     sequences: Any,
-    output: str | Path | None = None,
+    folder: str | Path | None = None,
     *,
     repetitions: int = 1,
     protocol: str = ONE_PASS,
     metrics: str = "native",
     jobs: int | None = None,
-) -> Results:
+) -> PrintedRuns:
     """Run trackers on sequences in worker processes, and store the runs in a folder.
 
     Stored runs are not repeated, so that an interrupted call can be continued. A tracker that
@@ -146,8 +148,8 @@ def run(
         Specifications, such as `camshift:window=adaptive` or `matcher.py:Matcher`.
     sequences : str, Path or list of these
         Names, paths, patterns with `*` and `?`, suites or folders of sequences.
-    output : str or Path, optional
-        Folder of these results; by default a folder in `results` whose name depends on trackers and
+    folder : str or Path, optional
+        Folder of these runs; by default a folder in `results` whose name depends on trackers and
         sequences, as for `trackmark run`.
     repetitions, protocol, metrics
         As for `evaluate`.
@@ -156,7 +158,7 @@ def run(
 
     Returns
     -------
-    Results
+    Runs
         All runs in the folder by the protocol.
 
     Raises
@@ -165,26 +167,25 @@ def run(
         If a part cannot be executed. Finished runs stay stored.
     """
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
-    if not isinstance(output, str | Path | None):
-        raise TypeError(f"output is {value_text(output)}. Expected: a folder as text or Path.")
-    texts, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
-    default = Path("results") / default_name(texts, [text for text, _ in selected])
-    folder = (default if output is None else Path(output)).expanduser().absolute()
+    if not isinstance(folder, str | Path | None):
+        raise TypeError(f"folder is {value_text(folder)}. Expected: a text or a Path.")
+    specs, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
+    default = Path("results") / default_name(specs, [text for text, _ in selected])
+    path = (default if folder is None else Path(folder)).expanduser().absolute()
     experiment = Experiment(
-        name=folder.name,
-        trackers=texts,
+        name=path.name,
+        trackers=specs,
         sequences=tuple(SequenceSource(name) for _, name in selected),
         repetitions=repetitions,
         protocol=protocol,
     )
-    stored = run_experiment(experiment, folder.parent, jobs)
-    results = load_experiment(stored, metrics, protocol)
-    _warn_of_failures(results)
-    return results
+    loaded = load_experiment(run_experiment(experiment, path.parent, jobs), metrics, protocol)
+    _warn_of_failures(loaded)
+    return loaded
 
 
 def _check(protocol: str, metrics: str, **numbers: int) -> str:
-    """Return the stored name of a protocol; raise an error for invalid arguments."""
+    """Return the key of a protocol; raise an error for invalid arguments."""
     if in_child():
         raise TrackerError(
             "a file that trackmark imports as a tracker starts runs itself. Put them below "
@@ -202,10 +203,10 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
             raise ValueError(
                 f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
             )
-    stored = parse_protocol(protocol).text
-    if not can_score(preset := preset_for(metrics, stored), stored):
-        raise ValueError(f"{preset} cannot score runs by the protocol {protocol}.")
-    return stored
+    protocol_key = parse_protocol(protocol).key
+    if not can_score(name := metrics_by_name(metrics, protocol_key), protocol_key):
+        raise ValueError(f"{name} cannot score runs by the protocol {protocol}.")
+    return protocol_key
 
 
 def _listed(sequences: Any) -> list[Any]:
@@ -266,7 +267,7 @@ def _entries(specs: list[TrackerSpec], repetitions: int) -> list[tuple[TrackerSp
 def _run_all(
     entries: list[tuple[TrackerSpec, int]],
     opened: list[tuple[Sequence, str]],
-    stored: str,
+    protocol_key: str,
     raise_errors: bool,
 ) -> tuple[list[Run], dict[str, SequenceError]]:
     """Return the runs on all sequences, and the errors of unreadable sequences by name."""
@@ -274,7 +275,7 @@ def _run_all(
     errors: dict[str, SequenceError] = {}
     for sequence, source in opened if entries else ():
         try:
-            on_sequence = _run_trackers(entries, sequence, stored, raise_errors)
+            on_sequence = _run_trackers(entries, sequence, protocol_key, raise_errors)
         except SequenceError as error:  # the runs on other sequences are not lost
             if raise_errors:
                 raise
@@ -282,16 +283,19 @@ def _run_all(
             continue
         origin = {"source": source} if source else {}
         for run_of_tracker in on_sequence:
-            circumstances = {**run_of_tracker.circumstances, **origin}
-            runs.append(replace(run_of_tracker, circumstances=circumstances))
+            metadata = {**run_of_tracker.metadata, **origin}
+            runs.append(replace(run_of_tracker, metadata=metadata))
     return runs, errors
 
 
 def _run_trackers(
-    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
+    entries: list[tuple[TrackerSpec, int]],
+    sequence: Sequence,
+    protocol_key: str,
+    raise_errors: bool,
 ) -> list[Run]:
     """Return the runs on a sequence."""
-    passes, frames = list(_passes(entries, stored)), sequence.frames
+    passes, frames = list(_passes(entries, protocol_key)), sequence.frames
     with _one_thread:
         if len(passes) > 1:
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
@@ -299,56 +303,55 @@ def _run_trackers(
             return [
                 run
                 for entries_of_pass in passes
-                for run in _run_pass(entries_of_pass, sequence, stored, raise_errors)
+                for run in _run_pass(entries_of_pass, sequence, protocol_key, raise_errors)
             ]
         finally:
             sequence.frames = frames
 
 
 def _run_pass(
-    entries: list[tuple[TrackerSpec, int]], sequence: Sequence, stored: str, raise_errors: bool
+    entries: list[tuple[TrackerSpec, int]],
+    sequence: Sequence,
+    protocol_key: str,
+    raise_errors: bool,
 ) -> list[Run]:
     """Return the runs of a pass, and restore the state of the process."""
     before = ProcessState.current()
     try:
-        return run_protocol(entries, sequence, stored, raise_errors=raise_errors).runs
-    except NotAttributableError:  # one of several trackers has exhausted the memory
-        if raise_errors:
-            raise
-        runs = (_run_pass([entry], sequence, stored, raise_errors) for entry in entries)
-        return [run for (run,) in runs]
+        return run_protocol(entries, sequence, protocol_key, raise_errors=raise_errors).runs
     finally:
         before.restore()
 
 
 def _passes(
-    entries: list[tuple[TrackerSpec, int]], stored: str
+    entries: list[tuple[TrackerSpec, int]], protocol_key: str
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
-    The package's trackers share the images of a pass, unless they use the random numbers of the
-    process, or time counts. Other trackers can change the state of the process.
+    Trackers share the images of a pass, unless time counts. A class of the caller can change the
+    state of the process, and therefore has a pass of its own. Repetitions of a tracker in another
+    process have different passes, so that they use one process, with one model in memory.
     """
-    time_dependent = stored_protocol(stored).time_dependent
-    shared = []
+    time_dependent = protocol_of_key(protocol_key).time_dependent
+    shared: dict[int, list[tuple[TrackerSpec, int]]] = {}
     for spec, repetition in entries:
-        if not spec.is_built_in or spec.randomness is Randomness.PROCESS or time_dependent:
+        uses_process = not spec.is_built_in or spec.randomness is Randomness.PROCESS
+        if time_dependent or (uses_process and not spec.is_isolated):
             yield [(spec, repetition)]
         else:
-            shared.append((spec, repetition))
-    if shared:
-        yield shared
+            shared.setdefault(repetition if spec.is_isolated else 0, []).append((spec, repetition))
+    yield from shared.values()
 
 
-def _by_key(
-    runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]
-) -> dict[tuple[str, str, int], Run]:
-    """Return runs by key, in the order of sequences, trackers and repetitions."""
+def _in_order(runs: list[Run], specs: list[TrackerSpec], sequences: list[Sequence]) -> list[Run]:
+    """Return runs in the order of sequences, trackers and repetitions."""
     labels, names = [spec.label for spec in specs], [sequence.name for sequence in sequences]
-    keys = [(run.identity.tracker, run.identity.sequence, run.identity.repetition) for run in runs]
-    by_key = dict(zip(keys, runs, strict=True))
-    order = sorted(keys, key=lambda key: (names.index(key[1]), labels.index(key[0]), key[2]))
-    return {key: by_key[key] for key in order}
+
+    def order(run: Run) -> tuple[int, int, int]:
+        key = run.identity
+        return names.index(key.sequence), labels.index(key.tracker), key.repetition
+
+    return sorted(runs, key=order)
 
 
 def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
@@ -358,23 +361,25 @@ def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
             name
             for run in runs
             if run.identity.tracker == spec.label
-            for name in run.circumstances.get("generators", ())
+            for name in run.metadata.get("generators", ())
         }
         text = drawing_note(spec.label, ", ".join(sorted(names)))
         warnings.warn(text, RuntimeWarning, stacklevel=3)
 
 
-def _warn_of_failures(results: Results) -> None:
+def _warn_of_failures(runs: PrintedRuns) -> None:
     """Issue a warning with the first failed run."""
-    failed = [run for run in results.runs.values() if run.failure]
+    failed = [
+        row for row in runs.evaluated_rows(protocol=runs.protocol) if row["status"] == "failed"
+    ]
     if not failed:
         return
-    key, text = failed[0].identity, failed[0].failure
-    place, reason = tracker_line(text), text.splitlines()[0].rstrip(".")
+    first, failure = failed[0], str(failed[0]["failure"])
+    line, reason = tracker_line(failure), failure.splitlines()[0].rstrip(".")
     warnings.warn(
-        f"{len(failed)} of {len(results.runs)} runs failed. First: {key.tracker} on "
-        f"{key.sequence}, {reason}{f' ({place})' if place else ''}. "
-        "results.failures lists all; evaluate(..., raise_errors=True) raises the exception.",
+        f"{len(failed)} of {len(runs)} runs failed. First: {first['tracker']} on "
+        f"{first['sequence']}, {reason}{f' ({line})' if line else ''}. "
+        "runs.failures lists all; evaluate(..., raise_errors=True) raises the exception.",
         RuntimeWarning,
         stacklevel=3,
     )

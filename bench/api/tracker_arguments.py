@@ -14,6 +14,7 @@ import numpy as np
 
 from trackmark import IMPORT_TIME
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
+from trackmark.bench.external.isolated import IsolatedFactory
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     PLUGIN_MODULE,
@@ -96,9 +97,10 @@ def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> 
     if is_text and len({*map(str, trackers)}) == 1:
         return True
     # Environment variables of a process are not part of its version.
-    in_process = not (spec.call_seconds or other_spec.call_seconds)
+    both = spec, other_spec
+    in_environment = any(s.is_isolated and not isinstance(s.make, IsolatedFactory) for s in both)
     equal = spec.version == other_spec.version and spec.parameters == other_spec.parameters
-    return is_text and in_process and equal
+    return is_text and not in_environment and equal
 
 
 def tracker_texts(trackers: Any) -> tuple[str, ...]:

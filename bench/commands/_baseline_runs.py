@@ -1,4 +1,4 @@
-"""Execution of the runs of a baseline, and repetition of seed 0 in fresh processes."""
+"""Execution of the runs of a baseline, and a second run of repetition 0 in fresh processes."""
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -9,13 +9,18 @@ from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
 from trackmark.bench.commands._options import EngineOptions
-from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    open_runs,
+    print_corner_hints,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import OpenedSequences, Plan
     from trackmark.bench.regression.baseline import BaselineEntries
 
 _HASH_SEED = "PYTHONHASHSEED"
@@ -26,36 +31,36 @@ class BaselineRunner:
     """Executor of the runs of a baseline; it stores them in one results folder."""
 
     name: str  # name of the results folder
-    texts: Mapping[str, str]  # specifications of the trackers, by label
+    specs: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSource]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     @property
     def folder(self) -> Path:
         """Results folder."""
-        return self.options.output / self.name
+        return self.options.results_root / self.name
 
     def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
-        """Repeat seed 0 in new local processes with another hash seed for strings.
+        """Run repetition 0 again in new local processes with another hash seed for strings.
 
         `sequences`: see `run`.
         """
         if not sequences:
             return {}
         with temporary_folder() as folder, _other_hash_seed():
-            local = replace(self.options, output=folder, engine="local", address=None)
+            local = replace(self.options, results_root=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
     def run(
-        self, sequences: Mapping[str, Sequence[str]], seeds: int, *, temporary: bool = False
+        self, sequences: Mapping[str, Sequence[str]], n_repetitions: int, *, temporary: bool = False
     ) -> "BaselineEntries":
         """Execute missing and failed runs; return the entries of all requested runs.
 
-        `sequences`: names of the sequences, by tracker. `seeds`: number of repetitions of
+        `sequences`: names of the sequences, by tracker. `n_repetitions`: number of repetitions of
         stochastic trackers. `temporary`: the caller removes the output afterwards. Raises
         `BaselineError` before any run if a sequence has changed.
         """
@@ -69,9 +74,9 @@ class BaselineRunner:
         for names, labels in labels_by_names.items():
             experiment = Experiment(
                 name=self.name,
-                trackers=tuple(self.texts[label] for label in labels),
+                trackers=tuple(self.specs[label] for label in labels),
                 sequences=tuple(self.sources[name] for name in names),
-                repetitions=seeds,
+                repetitions=n_repetitions,
             )
             execution = plan_experiment(
                 experiment, self.options, retry_failed=True, opened_sequences=self.opened_sequences
@@ -81,7 +86,7 @@ class BaselineRunner:
         if not temporary:
             print_remarks(*executions)
         trackers = "1 tracker" if len(sequences) == 1 else f"{len(sequences)} trackers"
-        title = f"{self.name}: {trackers}{', seed 0 repeated' * temporary}"
+        title = f"{self.name}: {trackers}{', repetition 0 again' * temporary}"
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
@@ -96,8 +101,8 @@ class BaselineRunner:
         }
         pairs = [(label, name) for label, names in sequences.items() for name in names]
         if not temporary:
-            cells = [(*pair, 0, STORED_ONE_PASS) for pair in pairs]
-            print_corner_hints(self.folder, cells)
+            keys = [(*pair, 0, ONE_PASS) for pair in pairs]
+            print_corner_hints(open_runs(self.folder).select(keys))
         return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
@@ -135,8 +140,10 @@ def _other_hash_seed() -> Iterator[None]:
             os.environ[_HASH_SEED] = before
 
 
-def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[tuple[str, str]]:
-    """Return the tracker–sequence pairs whose repeated run of seed 0 gave different boxes.
+def unrepeatable_runs(
+    entries: "BaselineEntries", repeated: "BaselineEntries"
+) -> list[tuple[str, str]]:
+    """Return the tracker–sequence pairs whose repeated run of repetition 0 gave different boxes.
 
     Failed repetitions have no boxes and are omitted.
     """
@@ -144,16 +151,19 @@ def differing(entries: "BaselineEntries", repeated: "BaselineEntries") -> list[t
         (tracker, name)
         for tracker, row in repeated.items()
         for name, entry in row.items()
-        if entry.boxes[0] not in ("", entries[tracker][name].boxes[0])
+        if entry.box_digests[0] not in ("", entries[tracker][name].box_digests[0])
     ]
 
 
 def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "BaselineEntries":
-    """Return the entries with the failures of repeated runs added as failures of seed 0."""
+    """Return the entries with the failures of repeated runs added as failures of repetition 0."""
     merged = {tracker: dict(row) for tracker, row in entries.items()}
     for tracker, row in repeated.items():
         for name, entry in row.items():
-            again = {seed: f"{reason} (repeated run)" for seed, reason in entry.failures.items()}
+            again = {
+                repetition: f"{reason} (repeated run)"
+                for repetition, reason in entry.failures.items()
+            }
             first = merged[tracker][name]
             merged[tracker][name] = replace(first, failures={**again, **first.failures})
     return merged
@@ -171,8 +181,8 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
         print_message("\n".join([*lines, refusal]))
         return False
     undeclared = []
-    for tracker, name in differing(entries, repeated):
-        line = f"{tracker} is not repeatable: seed 0 gave different boxes in two runs"
+    for tracker, name in unrepeatable_runs(entries, repeated):
+        line = f"{tracker} is not repeatable: repetition 0 gave different boxes in two runs"
         if len(entries[tracker][name].overlap) == 1:
             undeclared.append(f"{line}.")
         else:
@@ -195,8 +205,9 @@ def _failure_lines(entries: "BaselineEntries") -> list[str]:
         ]
         if failed:
             runs = sum(len(entry.overlap) for entry in row.values())
-            name, seed, reason = failed[0]
+            name, repetition, reason = failed[0]
             lines.append(
-                f"{tracker} failed in {len(failed)} of {runs} runs. {name}, seed {seed}: {reason}"
+                f"{tracker} failed in {len(failed)} of {runs} runs. "
+                f"{name}, repetition {repetition}: {reason}"
             )
     return lines

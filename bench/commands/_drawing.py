@@ -13,8 +13,8 @@ from typing import Annotated
 from pydantic import BaseModel, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.output_files import write_file
 from trackmark.datasets import SequenceError
-from trackmark.reports.files import write_file
 
 _CONTINUE = "Reload this page to continue from them; new changes in this tab are not kept."
 
@@ -203,7 +203,7 @@ class DrawingFiles:
         """Write unsaved changes; without any, remove the draft, except that of another program."""
         if drawing != self.saved:
             content = _Draft(**drawing.model_dump(), video=self.video).model_dump_json()
-            write_file(self.draft, lambda file: file.write_bytes(content.encode(errors="replace")))
+            write_file(self.draft, content.encode(errors="replace"))
             self._digests[self.draft] = _digest(self.draft)
         elif self._is_known(self.draft):
             self.draft.unlink(missing_ok=True)

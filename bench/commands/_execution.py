@@ -1,6 +1,6 @@
 """Execution of the missing runs of an experiment, with progress and messages."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
 from typing import TYPE_CHECKING, Any
 
@@ -9,16 +9,15 @@ import click
 from trackmark.bench.commands._options import EngineOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
-    patience,
     print_event,
     print_message,
-    score_stored_runs,
+    report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.execution.plan import KnownSequences, Plan
+    from trackmark.bench.execution.plan import OpenedSequences, Plan
 
 
 def plan_experiment(
@@ -26,7 +25,7 @@ def plan_experiment(
     options: EngineOptions,
     *,
     retry_failed: bool = False,
-    opened_sequences: "KnownSequences | None" = None,
+    opened_sequences: "OpenedSequences | None" = None,
 ) -> "Execution":
     """Plan an experiment in the results folder of the options.
 
@@ -34,14 +33,13 @@ def plan_experiment(
     """
     from trackmark.bench.execution.executor import Execution
 
-    score_stored_runs(options.output / experiment.name)
-    with patience("Opening trackers and sequences") as opened:
+    with report_slow_work("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.output,
+            options.results_root,
             retry_failed=retry_failed,
-            known_sequences={} if opened_sequences is None else opened_sequences,
-            on_opened=opened,
+            opened_sequences={} if opened_sequences is None else opened_sequences,
+            progress=opened,
             **options.engine_settings,
         )
 
@@ -69,17 +67,20 @@ def execute_runs(
                 progress.expect(execution)
             progress.begin()
             execution.on_error = progress.warn
-            units = execution.units
+            tasks = execution.tasks
             for row in execution.rows(progress.update):
-                if execution.units is not units:  # a tracker has turned out to be stochastic
-                    units = execution.units
+                if execution.tasks is not tasks:  # a tracker has turned out to be stochastic
+                    tasks = execution.tasks
                     progress.expect(execution)
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:
         if not temporary:
-            _, _, state = stored_runs(execution)
-            print_message(f"Stopped: {state} The same command continues from there.")
+            from trackmark.bench.store.run_rows import list_runs
+            from trackmark.bench.store.run_store import RunStore
+
+            _, message = progress_since(execution, list_runs(RunStore(execution.folder)))
+            print_message(f"Stopped: {message} The same command continues from there.")
         raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if not keep_errors:
         execution.raise_errors()
@@ -87,21 +88,21 @@ def execute_runs(
 
 def run_title(execution: "Execution") -> str:
     """Return the numbers of trackers, sequences and runs of an execution."""
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.plan import RunStatus
 
-    plan, missing = execution.plan, execution.units.runs
+    plan, missing = execution.plan, execution.tasks.n_runs
     stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
-    stale = plan.count(State.STALE)
+    stale = plan.count(RunStatus.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
     numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
     return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
 
 
-def run_experiment(
+def plan_and_execute(
     experiment: Experiment,
     options: EngineOptions,
-    opened_sequences: "KnownSequences | None" = None,
+    opened_sequences: "OpenedSequences | None" = None,
     progress: RunProgress | None = None,
 ) -> "Execution":
     """Plan an experiment and execute its missing runs; see `execute_runs`."""
@@ -125,18 +126,20 @@ def print_remarks(*executions: "Execution") -> None:
         print_event("warning", text)
 
 
-def stored_runs(execution: "Execution") -> "tuple[list[dict[str, Any]], Plan, str]":
-    """Return the stored runs, the plan in its current state, and a sentence with the counts."""
-    from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs
+def progress_since(
+    execution: "Execution", rows: "Iterable[Mapping[str, Any]]"
+) -> "tuple[Plan, str]":
+    """Return the plan with the statuses of stored runs, and a sentence with their numbers.
 
-    # Read from disk: another command may have stored runs meanwhile.
-    rows = list_scored_runs(Results(execution.folder))
-    plan = execution.plan.seen_in(rows)
-    failed = plan.count(State.FAILED)
-    disturbed = plan.count(State.DISTURBED)
+    The rows must have been read after the execution: another command may have stored runs in the
+    meantime.
+    """
+    from trackmark.bench.execution.plan import RunStatus
+
+    plan = execution.plan.with_stored(rows)
+    failed = plan.count(RunStatus.FAILED)
+    disturbed = plan.count(RunStatus.DISTURBED)
     end = f", {failed} failed" if failed else ""
     end += f", {disturbed} disturbed by other load" if disturbed else ""
-    n_finished = plan.count(State.DONE) + disturbed
-    return rows, plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."
+    n_finished = plan.count(RunStatus.FINISHED) + disturbed
+    return plan, f"{n_finished} of {len(plan)} runs are in {execution.folder}{end}."

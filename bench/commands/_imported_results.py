@@ -1,21 +1,20 @@
 """Results of other toolkits that commands read together with stored runs."""
 
-from collections.abc import Collection, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands._options import matching_sequences, option
-from trackmark.bench.commands._progress import print_message, score_stored_runs
-from trackmark.reports.temporary_paths import temporary_folder
+from trackmark.bench.commands._progress import open_runs, print_message
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
+    from trackmark.bench.store.runs import Runs
 
-ALONE = "published"
-"""Name of an experiment that contains imported results only."""
+IMPORTED_ONLY = "published"
+"""Title of runs that are only imported results."""
 
 
 def imported_option() -> Any:
@@ -42,50 +41,33 @@ def parse_imported(texts: Sequence[str]) -> "list[ImportedTracker]":
     return imported
 
 
-def store_imported(
-    imported: "Sequence[ImportedTracker]",
-    sequences: str,
-    folder: Path,
-) -> int:
+def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder: Path) -> int:
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
+    from trackmark.bench.store.truth import add_truth_of
 
-    by_sequence = open_sequences(matching_sequences(sequences), folder, print_message)
-    number = import_results(imported, by_sequence, folder, print_message)
-    score_stored_runs(folder)
+    opened = open_sequences(matching_sequences(sequences), print_message)
+    for _, sequence in opened:
+        add_truth_of(folder, sequence)
+    number = import_results(imported, [origin for origin, _ in opened], folder, print_message)
+    open_runs(folder)  # computes the scores
     return number
 
 
-@contextmanager
-def with_imported(
-    experiments: Sequence[Path],
-    imported: "Sequence[ImportedTracker]",
-    sequences: str | None = None,
-    only: Collection[str] | None = None,
-) -> Iterator[list[Path]]:
-    """Yield a results folder per experiment with its runs and the imported results.
+def with_imported(runs: "Runs", imported: "Sequence[ImportedTracker]") -> "Runs":
+    """Return runs together with imported results on their sequences."""
+    from trackmark.bench.exchange.importing import with_imported_runs
 
-    If there are no experiments, yield one folder with the imported results on `sequences`. Within
-    the context, each run is read from disk once. `only`: names of the sequences for which results
-    are imported; all by default.
-    """
-    from trackmark.bench.store.results import RunCache, run_cache
+    return with_imported_runs(runs, imported, print_message)
 
-    with ExitStack() as stack:
-        stack.callback(run_cache.reset, run_cache.set(RunCache()))
-        if not experiments:
-            folder = stack.enter_context(temporary_folder()) / ALONE
-            store_imported(imported, sequences or "", folder)
-            yield [folder]
-            return
-        for experiment in experiments:
-            score_stored_runs(experiment)
-        if not imported:
-            yield list(experiments)
-            return
-        from trackmark.bench.exchange.importing import copy_with_imports
 
-        yield [
-            stack.enter_context(copy_with_imports(experiment, imported, print_message, only))
-            for experiment in experiments
-        ]
+def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Runs":
+    """Return imported results on sequences as runs in memory."""
+    from trackmark.bench.exchange.importing import open_sequences, read_runs
+    from trackmark.bench.store.runs import Runs
+    from trackmark.bench.store.truth import stored_truth
+
+    opened = open_sequences(matching_sequences(sequences), print_message)
+    runs = read_runs(imported, [origin for origin, _ in opened], print_message)
+    truths = {(s.name, s.fingerprint): stored_truth(s) for _, s in opened}
+    return Runs.in_memory(runs, truths, IMPORTED_ONLY)

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import click
 from click.shell_completion import CompletionItem
 
-from trackmark.bench.commands._progress import patience, silence_progress
+from trackmark.bench.commands._progress import report_slow_work, silence_progress
 from trackmark.bench.experiments.experiment import (
     ExperimentError,
     SequenceSource,
@@ -173,7 +173,7 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
     from trackmark.bench import metrics
 
     if not split_list(text):
-        raise click.BadParameter("name at least one preset (`trackmark list metrics`).")
+        raise click.BadParameter("name at least one (`trackmark list metrics`).")
     try:
         return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
     except ValueError as error:
@@ -181,9 +181,9 @@ def _presets(context: click.Context, parameter: click.Parameter, text: str) -> l
 
 
 def metrics_option(group: str = "Output") -> Any:
-    """Return the dataclass field of the option --metrics: canonical names of presets."""
+    """Return the dataclass field of the option --metrics: canonical names of metrics."""
     return option(
-        "Comma-separated metrics presets; see `trackmark list metrics`.",
+        "Comma-separated names of metrics; see `trackmark list metrics`.",
         group=group,
         metavar="NAMES",
         default="native",
@@ -200,8 +200,8 @@ def protocol_option() -> Any:
     )
 
 
-def trace_option() -> Any:
-    """Return the dataclass field of the option --trace."""
+def trajectory_option() -> Any:
+    """Return the dataclass field of the option --trajectory."""
     return option(
         "Boxes as returned frame by frame, or as revised later.",
         default="online",
@@ -270,13 +270,13 @@ class ScreenOptions(JsonOptions):
 class EngineOptions:
     """Options of commands that execute runs."""
 
-    output: Path = output_option(
+    results_root: Path = output_option(
         "Folder that contains one results folder per experiment.", default=Path("results")
     )
     jobs: int | None = execution_option(
         "Number of worker processes.  [default: number of cores]", minimum=1
     )
-    engine: str = execution_option(
+    backend: str = execution_option(
         "Execute runs on this machine or on a Dask cluster.", default="local", metavar="local|dask"
     )
     address: str | None = execution_option("Address of the scheduler of a running Dask cluster.")
@@ -291,11 +291,11 @@ class EngineOptions:
     @property
     def engine_settings(self) -> dict[str, Any]:
         """Arguments of `Execution` that select and limit the engine."""
-        from trackmark.bench.engine.work_unit import Limits
+        from trackmark.bench.execution.task import Limits
 
         return {
             "jobs": self.jobs,
-            "engine": self.engine,
+            "backend": self.backend,
             "address": self.address,
             "limits": Limits(self.frame_limit, self.run_limit, self.memory_limit),
         }
@@ -327,21 +327,8 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
     """
     from trackmark.datasets.selection import select_sequences
 
-    with patience("Looking for sequences"):
+    with report_slow_work("Looking for sequences"):
         names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSource(name, truth) for name in names)
-
-
-def only_experiment(results: Path) -> Path:
-    """Return the folder of the only experiment in a results folder."""
-    from trackmark.bench.store.layout import experiment_folders
-
-    folders = experiment_folders(results)
-    if len(folders) > 1:
-        names = ", ".join(path.name for path in folders)
-        raise click.UsageError(
-            f"{results} contains several experiments ({names}). Give the folder of one."
-        )
-    return folders[0]

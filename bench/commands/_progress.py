@@ -5,7 +5,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import Outlet, below_messages, progress_outlet
+from trackmark.bench.commands._terminal import SafeStream, below_messages, progress_stream
 from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.runs import Runs
 
-PATIENCE = 2.0
+NOTICE_DELAY = 2.0
 """Time after which a message names work that is not finished yet [s]."""
 
 INTERVAL = 60.0
@@ -112,8 +112,8 @@ def rough_duration(seconds: float) -> str:
 
 
 @contextmanager
-def patience(work: str) -> Iterator[Callable[[int, int], None]]:
-    """Print a line with the work and its progress if it takes longer than `PATIENCE`.
+def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
+    """Print a line with the work and its progress if it takes longer than `NOTICE_DELAY`.
 
     The line is repeated: in a terminal at growing intervals, elsewhere after each `INTERVAL`.
     """
@@ -125,7 +125,7 @@ def patience(work: str) -> Iterator[Callable[[int, int], None]]:
         progress = f": {n_done} of {n_total}"
 
     def watch() -> None:
-        wait = PATIENCE
+        wait = NOTICE_DELAY
         while not done.wait(wait):
             if progress or work not in _Screen.announced:
                 _Screen.announced.add(work)
@@ -150,18 +150,18 @@ class Progress(Protocol):
 
 @contextmanager
 def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
-    """Show a bar with the time left in a terminal, and lines of `patience` elsewhere.
+    """Show a bar with the time left in a terminal, and lines of `report_slow_work` elsewhere.
 
     A terminal has one bar at a time: within another bar, there are lines.
     """
     from tqdm import tqdm
 
-    hidden = _Screen.quiet or not _in_terminal() or Outlet.bar is not None
+    hidden = _Screen.quiet or not _in_terminal() or SafeStream.bar is not None
     with (
         tqdm(
             total=total,
             desc=work,
-            file=progress_outlet(),
+            file=progress_stream(),
             bar_format="{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} "
             f"{unit}s, {{remaining}} left",
             disable=hidden,
@@ -170,7 +170,7 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
         ) as bar,
         ExitStack() as lines,
     ):
-        count = lines.enter_context(patience(work)) if hidden else None
+        count = lines.enter_context(report_slow_work(work)) if hidden else None
         if not hidden:
             lines.enter_context(below_messages(bar))
 
@@ -216,8 +216,8 @@ class RunProgress:
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
-        self._runs += sum(execution.units.runs for execution in executions)
-        self._work += sum(execution.units.work for execution in executions)
+        self._runs += sum(execution.tasks.n_runs for execution in executions)
+        self._work += sum(execution.tasks.work for execution in executions)
 
     def begin(self) -> None:
         """Start an execution; the first one prints the title."""
@@ -234,7 +234,7 @@ class RunProgress:
 
             bar = tqdm(
                 total=self._work,
-                file=progress_outlet(),
+                file=progress_stream(),
                 bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
                 ascii=".#",
                 dynamic_ncols=True,
@@ -301,19 +301,17 @@ class RunProgress:
         return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
 
 
-def print_corner_hints(folder: Path, cells: "Collection[RunKey] | None" = None) -> None:
-    """Print a hint for each tracker that seems to return corners; `cells`: requested runs."""
+def print_corner_hints(runs: "Runs") -> None:
+    """Print a hint for each tracker that seems to return corners."""
     from trackmark.bench.analysis.corner_boxes import corner_boxes
-    from trackmark.bench.store.data_frames import load_runs
 
-    for hint in corner_boxes(folder, load_runs(folder, cells)):
+    for hint in corner_boxes(runs):
         print_event("warning", hint)
 
 
-def score_stored_runs(folder: Path) -> list[dict[str, Any]]:
-    """Return the rows of an experiment's stored runs; score those that have no scores yet."""
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import list_scored_runs
+def open_runs(folder: Path) -> "Runs":
+    """Return the runs in a results folder, with a progress bar while runs are scored."""
+    from trackmark.bench.store.runs import Runs
 
     with progress_bar("Scoring stored runs", None, "run") as progress:
-        return list_scored_runs(Results(folder), progress)
+        return Runs.open(folder, progress)

@@ -22,7 +22,7 @@ _INTERRUPT_DELAY = 0.01
 """Time after which an ignored Ctrl-C is repeated [s]."""
 
 
-class Outlet(TextIOBase):
+class SafeStream(TextIOBase):
     """Replacement of standard output or error.
 
     After a write error the remaining output is dropped and the work continues. The error is printed
@@ -55,7 +55,7 @@ class Outlet(TextIOBase):
     @contextmanager
     def _above_bar(self, text: str) -> Iterator[None]:
         """Remove the progress bar from its line, and draw it below the text."""
-        bar = Outlet.bar
+        bar = SafeStream.bar
         if not text or not self.isatty():
             yield
             return
@@ -64,11 +64,11 @@ class Outlet(TextIOBase):
             drawn = bar is not None and bar.last_print_t >= bar.start_t + bar.delay
             if drawn:
                 locked.enter_context(bar.get_lock())
-                if Outlet.line_ended:
+                if SafeStream.line_ended:
                     bar.clear(nolock=True)
             yield
-            Outlet.line_ended = text.endswith("\n")
-            if drawn and Outlet.line_ended:
+            SafeStream.line_ended = text.endswith("\n")
+            if drawn and SafeStream.line_ended:
                 self.flush()
                 bar.refresh(nolock=True)
 
@@ -87,7 +87,7 @@ class Outlet(TextIOBase):
             os.close(null)
             if not isinstance(error, BrokenPipeError):
                 self.failed = True
-                complain(f"the output cannot be written: {error.strerror}.")
+                print_error(f"the output cannot be written: {error.strerror}.")
 
     def fileno(self) -> int:
         """Return the descriptor of the replaced stream."""
@@ -108,9 +108,9 @@ class Outlet(TextIOBase):
         return self.through.errors
 
 
-def complain(text: str) -> None:
+def print_error(text: str) -> None:
     """Print an error message on standard error."""
-    click.echo(f"trackmark: {text}", err=True, color=True)  # unchanged: the outlet escapes it
+    click.echo(f"trackmark: {text}", err=True, color=True)  # unchanged: the stream escapes it
 
 
 def _shortened(text: str) -> str:
@@ -132,13 +132,13 @@ def _uncut(text: str) -> str:
 
 
 @contextmanager
-def outlets() -> Iterator[Outlet | None]:
-    """Replace standard output and error; yield the outlet of the output, if it is open."""
+def safe_streams() -> Iterator[SafeStream | None]:
+    """Replace standard output and error; yield the stream of the output, if it is open."""
     out = err = None
     if sys.stdout is not None:
-        out = Outlet(sys.stdout, _uncut if sys.stdout.isatty() else printable)
+        out = SafeStream(sys.stdout, _uncut if sys.stdout.isatty() else printable)
     if sys.stderr is not None:
-        err = Outlet(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
+        err = SafeStream(sys.stderr, _in_columns if sys.stderr.isatty() else _shortened)
     with (
         redirect_stdout(cast("TextIO", out)),
         redirect_stderr(cast("TextIO", err)),
@@ -149,7 +149,7 @@ def outlets() -> Iterator[Outlet | None]:
 
 @contextmanager
 def _without_colours() -> Iterator[None]:
-    """Let Python and other packages print no colours, which the outlets would escape."""
+    """Let Python and other packages print no colours, which `SafeStream` would escape."""
     before = os.environ.get("NO_COLOR")
     os.environ["NO_COLOR"] = "1"
     try:
@@ -161,7 +161,7 @@ def _without_colours() -> Iterator[None]:
             os.environ["NO_COLOR"] = before
 
 
-class _BarOutlet(Outlet):
+class _BarStream(SafeStream):
     """Standard error without escaping, for the control characters of a progress bar."""
 
     @contextmanager
@@ -169,20 +169,20 @@ class _BarOutlet(Outlet):
         yield
 
 
-def progress_outlet() -> TextIO:
+def progress_stream() -> TextIO:
     """Return the stream of a progress bar."""
-    real = sys.stderr.through if isinstance(sys.stderr, Outlet) else sys.stderr
-    return cast("TextIO", _BarOutlet(real, str))
+    real = sys.stderr.through if isinstance(sys.stderr, SafeStream) else sys.stderr
+    return cast("TextIO", _BarStream(real, str))
 
 
 @contextmanager
 def below_messages(bar: Any) -> Iterator[None]:
     """Keep a progress bar below all messages of the command within the context."""
-    Outlet.bar = bar
+    SafeStream.bar = bar
     try:
         yield
     finally:
-        Outlet.bar = None
+        SafeStream.bar = None
 
 
 @contextmanager

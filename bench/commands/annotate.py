@@ -16,7 +16,7 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._output_files import check_outputs
-from trackmark.bench.commands._progress import patience, print_event
+from trackmark.bench.commands._progress import print_event, report_slow_work
 from trackmark.bench.experiments.experiment import ExperimentError
 
 if TYPE_CHECKING:
@@ -41,7 +41,7 @@ class AnnotateOptions:
         "--box",
         metavar="FRAME:X,Y,WIDTH,HEIGHT",
     )
-    keys: Path | None = option(
+    key_frames: Path | None = option(
         "More key frames: CSV with frame,x,y,width,height.", type=EXISTING_FILE
     )
     absent: tuple[str, ...] = option(
@@ -51,9 +51,9 @@ class AnnotateOptions:
         "Ground-truth file.  [default: the name of the video with .csv, next to the video]",
         type=click.Path(path_type=Path, dir_okay=False),
     )
-    pick: bool = option("Draw boxes in the browser, starting from those of an existing file.")
+    draw: bool = option("Draw boxes in the browser, starting from those of an existing file.")
     note: str | None = output_option("Comment for the head of the file: who marked what, and how.")
-    force: bool = output_option("Replace an existing file; --pick does not load its boxes.")
+    force: bool = output_option("Replace an existing file; --draw does not load its boxes.")
 
 
 @click.command("annotate", cls=Command)
@@ -66,28 +66,28 @@ def command(options: AnnotateOptions) -> None:
     no target. A film strip for checking the boxes is drawn next to the file. If a box does not fit,
     add key frames and repeat the command.
 
-    With --pick, draw, move and resize boxes in a browser, which opens if there is a display.
+    With --draw, draw, move and resize boxes in a browser, which opens if there is a display.
     Otherwise open the printed address, from another machine through a tunnel (ssh -L). Unsaved
-    changes are kept next to the file, in FILE.draft; the next --pick loads them. Boxes that another
+    changes are kept next to the file, in FILE.draft; the next --draw loads them. Boxes that another
     tab or another program has changed meanwhile are not overwritten without your choice.
 
     For example:
       trackmark annotate cup.mp4 --box 0:310,120,64,80 --box 12:298,131,64,80
-      trackmark annotate cup.mp4 --pick
+      trackmark annotate cup.mp4 --draw
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark import datasets
     from trackmark.bench.commands._drawing import Drawing
+    from trackmark.bench.output_files import write_file
     from trackmark.datasets import truth_file
     from trackmark.datasets.annotation import check_marks
-    from trackmark.reports.files import write_file
-    from trackmark.reports.overlay import write_film_strip
+    from trackmark.reports.overlay import save_png
 
     video = options.video
-    boxes = _marked(options.boxes, options.keys)
+    boxes = _marked(options.boxes, options.key_frames)
     drawing = Drawing(boxes=boxes, absent=[_frame_range(text) for text in options.absent])
-    with patience(f"Opening {video}"):
+    with report_slow_work(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing ground-truth file would hide the images after its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
@@ -99,10 +99,12 @@ def command(options: AnnotateOptions) -> None:
         check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
 
     check(drawing)
-    if not options.pick:
+    if not options.draw:
         truth = _truth(drawing, len(sequence), (width, height))
-    _check_target(target, replace=options.force or options.pick)
-    check_outputs({"--output": target}, [path for path in (options.keys,) if path is not None])
+    _check_target(target, replace=options.force or options.draw)
+    check_outputs(
+        {"--output": target}, [path for path in (options.key_frames,) if path is not None]
+    )
     notes = [options.note] if options.note else []
 
     def save(drawing: Drawing) -> None:
@@ -115,7 +117,7 @@ def command(options: AnnotateOptions) -> None:
         ]
         write_file(target, lambda file: truth_file.write(file, truth, comments))
 
-    if options.pick:
+    if options.draw:
         from trackmark.bench.commands._box_picker import BoxPicker
         from trackmark.bench.commands._drawing import DrawingFiles
 
@@ -136,20 +138,20 @@ def command(options: AnnotateOptions) -> None:
     if target.resolve().parent == video.resolve():  # there, a picture would be read as a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
-    if not options.pick:
+    if not options.draw:
         _check_target(target, replace=options.force)  # another program can have written it
         save(drawing)
-    write_film_strip(strip, picture)
+    write_file(strip, lambda file: save_png(file, picture))
     sources = list(truth.sources or ())
     click.echo(
         f"{target}: {len(drawing.boxes)} boxes marked, {sources.count('interpolated')} "
         f"interpolated, {sources.count('')} frames without target.\n"
-        f"{strip}: check that the boxes fit; --force replaces the file, --pick changes it."
+        f"{strip}: check that the boxes fit; --force replaces the file, --draw changes it."
     )
 
 
-def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]:
-    """Return the boxes of key frames; a box of --box replaces that frame's box of --keys."""
+def _marked(texts: tuple[str, ...], key_frames: Path | None) -> dict[int, list[float]]:
+    """Return the boxes of key frames; a box of --box replaces that frame's box of --key-frames."""
     from trackmark.datasets import truth_file
 
     marked: dict[int, list[float]] = {}
@@ -160,7 +162,7 @@ def _marked(texts: tuple[str, ...], keys: Path | None) -> dict[int, list[float]]
             )
         marked[frame] = box
     # Frames that the file omits have NaN boxes.
-    rows = [] if keys is None else truth_file.read(keys).boxes.tolist()
+    rows = [] if key_frames is None else truth_file.read(key_frames).boxes.tolist()
     return {frame: box for frame, box in enumerate(rows) if box[0] == box[0]} | marked
 
 
@@ -174,8 +176,8 @@ def _read_drawing(file: Path) -> "Drawing":
     truth = truth_file.read(file)
     if truth.visibility is not None:
         raise ExperimentError(
-            f"{file}: --pick does not keep the column visibility. Write another file: "
-            f"--keys {file} --output NEW.csv."
+            f"{file}: --draw does not keep the column visibility. Write another file: "
+            f"--key-frames {file} --output NEW.csv."
         )
     rows = truth.boxes.tolist()
     sources = truth.sources or [""] * len(rows)
@@ -223,7 +225,7 @@ def _check_target(target: Path, *, replace: bool) -> None:
         raise ExperimentError(f"{target}: not a .csv file. Give a name that ends in .csv.")
     if target.exists() and not replace:
         raise ExperimentError(
-            f"{target}: the file exists. Replace it with --force, or change its boxes with --pick."
+            f"{target}: the file exists. Replace it with --force, or change its boxes with --draw."
         )
 
 

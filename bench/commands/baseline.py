@@ -41,13 +41,13 @@ class BaselineOptions(EngineOptions):
     sequences: str = option(
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
-    seeds: int = option(
+    repetitions: int = option(
         "Number of repetitions of stochastic trackers.",
         metavar="INTEGER",
         default=20,
         type=click.IntRange(6, 10_000),
     )
-    detect: float = option(
+    detectable_drop: float = option(
         "Drop of the mean overlap on one sequence that a check must detect.",
         metavar="FLOAT",
         default=0.05,
@@ -67,7 +67,7 @@ def command(options: BaselineOptions) -> int:
 
     For example:
       trackmark baseline mine --trackers camshift,matcher.py --sequences 'samples/*'
-      trackmark baseline mine --trackers camshift --sequences plain/target --seeds 40 --force
+      trackmark baseline mine --trackers camshift --sequences plain/target --repetitions 40 --force
 
     Exit codes: 0 success; 1 a run failed and nothing is written; 2 invalid usage or input, or a
     tracker uses random numbers without declaring them; 130 interrupted.
@@ -76,10 +76,10 @@ def command(options: BaselineOptions) -> int:
     from trackmark.bench.regression.baseline import (
         Baseline,
         baseline_path,
-        surroundings,
+        current_environment,
         write_baseline,
     )
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
     name, path = options.name, baseline_path(options.name)
     if path.exists() and not options.force:
@@ -91,17 +91,17 @@ def command(options: BaselineOptions) -> int:
     trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
     check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
-    made_with = surroundings()  # before the runs: a library that is missing costs no runs
-    plan = make_plan(requested, Results(options.output / experiment), {})
+    environment = current_environment()  # before the runs: a library that is missing costs no runs
+    plan = make_plan(requested, RunStore(options.results_root / experiment), {})
     texts = {spec.label: text for text, spec in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
     runner = BaselineRunner(experiment, texts, sources, options)
     names = {label: list(sources) for label in texts}
-    entries = runner.run(names, options.seeds)
+    entries = runner.run(names, options.repetitions)
     repeated = runner.repeat({label: list(sources)[:1] for label in texts})
     if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(entries, texts, options.seeds, options.detect, made_with)
+    baseline = Baseline(entries, texts, options.repetitions, options.detectable_drop, environment)
     write_baseline(baseline, path)
     runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
     click.echo(
@@ -115,7 +115,7 @@ def command(options: BaselineOptions) -> int:
 
 
 def _sensitivity(baseline: "Baseline") -> list[str]:
-    """Return a line for each tracker with random scores: the drops that its seeds detect.
+    """Return a line for each tracker with random scores: the drops that its repetitions detect.
 
     The simulated checks are those after a change of all these trackers, with new random numbers on
     every sequence. A check of fewer changes has fewer comparisons and finds more.
@@ -134,15 +134,15 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
     comparisons = sum(map(len, scores_of.values()))
     lines = {}
     for tracker, scores in scores_of.items():
-        missed = missed_drops(scores, baseline.seeds, comparisons)
-        missed_in_mean = missed_drops(scores, baseline.seeds, len(scores_of), in_mean=True)
+        missed = missed_drops(scores, baseline.n_repetitions, comparisons)
+        missed_in_mean = missed_drops(scores, baseline.n_repetitions, len(scores_of), in_mean=True)
         largest = fmean(map(fmean, scores))  # a larger drop is not possible
         on_sequence, in_mean = (
             f"{drop:.2g}" if (drop := found_drop(drops)) <= largest else ""
             for drops in (missed, missed_in_mean)
         )
         lines[tracker] = (
-            f"{baseline.seeds} seeds detect {_drops_text(on_sequence, in_mean)}"
+            f"{baseline.n_repetitions} repetitions detect {_drops_text(on_sequence, in_mean)}"
             f"{_advice(scores, missed, comparisons, baseline)}"
         )
     if len(lines) == 1:
@@ -166,17 +166,26 @@ def _advice(
     comparisons: int,
     baseline: "Baseline",
 ) -> str:
-    """Return how often the drop of --detect is found, and how many seeds would find it."""
-    from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS, advised_seeds, share_found
+    """Return how often --detectable-drop is found, and how many repetitions would find it."""
+    from trackmark.bench.statistics.accuracy_drop import (
+        MAX_REPETITIONS,
+        advised_repetitions,
+        share_found,
+    )
     from trackmark.bench.statistics.rules import MARGIN, POWER
 
-    detect, share = baseline.detect, share_found(missed, baseline.detect)
+    detectable_drop, share = baseline.detectable_drop, share_found(missed, baseline.detectable_drop)
     if share >= POWER:
         return ""
-    current = f"{baseline.seeds} detect it in {100 * share:.0f} %"
-    if detect < MARGIN:
-        return f"; {detect:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
-    advised = advised_seeds(scores, baseline.seeds, comparisons, detect)
+    current = f"{baseline.n_repetitions} detect it in {100 * share:.0f} %"
+    if detectable_drop < MARGIN:
+        return (
+            f"; {detectable_drop:g} on one sequence is inside ±{MARGIN:g} and counts as no change"
+        )
+    advised = advised_repetitions(scores, baseline.n_repetitions, comparisons, detectable_drop)
     if advised is None:
-        return f"; for {detect:g} on one sequence {MAX_SEEDS} seeds are too few ({current})"
-    return f"; for {detect:g} on one sequence use --seeds {advised} ({current})"
+        return (
+            f"; for {detectable_drop:g} on one sequence {MAX_REPETITIONS} repetitions are too few "
+            f"({current})"
+        )
+    return f"; for {detectable_drop:g} on one sequence use --repetitions {advised} ({current})"

@@ -17,7 +17,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import (
     BaselineRunner,
     check_entries,
-    differing,
+    unrepeatable_runs,
     with_failures,
 )
 from trackmark.bench.commands._options import (
@@ -41,7 +41,7 @@ from trackmark.reports.printable import wrap
 if TYPE_CHECKING:
     from trackmark.bench.regression.baseline import Baseline
     from trackmark.bench.regression.check import Check
-    from trackmark.bench.statistics.speed import Pace
+    from trackmark.bench.statistics.speed import SpeedChange
     from trackmark.reports.tables import Table
 
 EXIT_INCONCLUSIVE = 3
@@ -75,8 +75,8 @@ class CheckOptions(ScreenOptions, EngineOptions):
         metavar="PATTERNS",
         default="*",
     )
-    seeds: int | None = selection_option(
-        "Use only the first seeds of the baseline.  [default: all]", minimum=6
+    repetitions: int | None = selection_option(
+        "Use only the first repetitions of the baseline.  [default: all]", minimum=6
     )
     strict: bool = option("Exit with code 3 if a result is inconclusive.", group="Decision")
     families: Path | None = option(
@@ -84,23 +84,25 @@ class CheckOptions(ScreenOptions, EngineOptions):
         group="Decision",
         type=EXISTING_FILE,
     )
-    timed: bool = option("Check the speed as well. Requires --against.", "--time", group="Decision")
-    against: str | None = option(
-        "With --time: git revision to compare with.", group="Decision", metavar="REVISION"
+    is_timed: bool = option(
+        "Check the speed as well. Requires --revision.", "--timing", group="Decision"
+    )
+    revision: str | None = option(
+        "With --timing: git revision to compare with.", group="Decision", metavar="REVISION"
     )
     budget: float = option(
-        "With --time: total time, such as 90s, 10min or 2h; at least 6 sessions per tracker.",
+        "With --timing: total time, such as 90s, 10min or 2h; at least 6 sessions per tracker.",
         group="Decision",
         default="10min",
         type=_seconds,
         metavar="DURATION",
     )
     accept: str | None = option(
-        "Replace the baseline scores of TRACKER with the current scores. Requires --because.",
+        "Replace the baseline scores of TRACKER with the current scores. Requires --reason.",
         group="Baseline",
         metavar="TRACKER",
     )
-    because: str | None = option(
+    reason: str | None = option(
         "Reason for --accept; stored in the baseline.", group="Baseline", callback=utf8_text
     )
     markdown: Path | None = output_option(
@@ -115,13 +117,13 @@ def command(options: CheckOptions) -> int:
     """Compare current tracker scores with a baseline.
 
     NAME is a baseline that `trackmark baseline` created: baselines/NAME.toml, or a path that ends
-    in .toml. Missing runs are executed. Decisions use the metrics preset `native`. With --verbose,
+    in .toml. Missing runs are executed. Decisions use the metrics `native`. With --verbose,
     unchanged sequences are listed, too.
 
     For example:
       trackmark check mine
-      trackmark check mine --time --against main
-      trackmark check mine --accept camshift --because "wider search region"
+      trackmark check mine --timing --revision main
+      trackmark check mine --accept camshift --reason "wider search region"
 
     Exit codes: 0 no regression; 1 a tracker got worse or slower, or a run failed; 2 invalid usage
     or input; 3 inconclusive (only with --strict); 130 interrupted.
@@ -130,49 +132,53 @@ def command(options: CheckOptions) -> int:
     from trackmark.bench.regression.baseline import (
         baseline_path,
         check_equal_scores,
+        current_environment,
         read_baseline,
-        surroundings,
     )
-    from trackmark.bench.regression.check import changed_facts, check, headline
+    from trackmark.bench.regression.check import changed_sequences, check, summary_line
     from trackmark.bench.regression.speed import check_speeds
 
     path = baseline_path(options.name)
-    stored = read_baseline(path)
-    _check_usage(stored, options)
-    sources = {entry.source for row in stored.entries.values() for entry in row.values()}
-    inputs = [path, *input_files(stored.texts.values(), sources)]
+    baseline = read_baseline(path)
+    _check_usage(baseline, options)
+    sources = {entry.source for row in baseline.entries.values() for entry in row.values()}
+    inputs = [path, *input_files(baseline.specs.values(), sources)]
     inputs += [] if options.families is None else [options.families]
     check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
-    made_with = surroundings()  # before the runs: a library that is missing costs no runs
-    before = _part(stored, options).with_seeds(options.seeds or stored.seeds)
+    environment = current_environment()  # before the runs: a library that is missing costs no runs
+    before = _part(baseline, options).with_repetitions(
+        options.repetitions or baseline.n_repetitions
+    )
     entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
     families = (
         None if options.families is None else read_families(options.families).by_name(entries)
     )
-    speeds: dict[str, Pace] = {}
-    if options.against is not None:
+    speeds: dict[str, SpeedChange] = {}
+    if options.revision is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
         trackers = list(before.entries)
-        speeds = check_speeds(stored, trackers, options.against, options.budget, print_message)
+        speeds = check_speeds(baseline, trackers, options.revision, options.budget, print_message)
     runner = BaselineRunner(
         f"check-{path.stem}",
-        before.texts,
+        before.specs,
         {name: entry.source for name, entry in entries.items()},
         options,
-        {name: entry.sequence for name, entry in entries.items()},
+        {name: entry.fingerprint for name, entry in entries.items()},
     )
-    now = runner.run({tracker: list(row) for tracker, row in before.entries.items()}, before.seeds)
+    now = runner.run(
+        {tracker: list(row) for tracker, row in before.entries.items()}, before.n_repetitions
+    )
     check_equal_scores(path, before.entries, now)
-    repeated = runner.repeat(changed_facts(before.entries, now))
-    not_repeatable = differing(now, repeated)
+    repeated = runner.repeat(changed_sequences(before.entries, now))
+    not_repeatable = unrepeatable_runs(now, repeated)
     now = with_failures(now, repeated)
-    result = check(before, now, made_with, not_repeatable, families)
-    slower = sum(pace.state == "slower" for pace in speeds.values())
+    result = check(before, now, environment, not_repeatable, families)
+    slower = sum(speed_change.decision == "slower" for speed_change in speeds.values())
     if not options.as_json:
-        click.echo(wrap(headline(result, str(path), slower, strict=options.strict)))
+        click.echo(wrap(summary_line(result, str(path), slower, strict=options.strict)))
     _show(result, speeds, options)
     if options.accept is not None:
-        return _accept(stored, path, options, result, runner)
+        return _accept(baseline, path, options, result, runner)
     verdict = _verdict(result, speeds)
     status = EXIT_NEGATIVE if verdict == "regression" else 0
     if options.strict and verdict == "inconclusive":
@@ -183,30 +189,30 @@ def command(options: CheckOptions) -> int:
         if result.verdict != "pass":
             worse = next((row for row in result.changes if row.is_regression), result.changes[0])
             accept = ["trackmark", "check", options.name, "--accept", worse.tracker]
-            print_hint(f"Accept  {shlex.join([*accept, '--because', '…'])}  # replaces its scores")
+            print_hint(f"Accept  {shlex.join([*accept, '--reason', '…'])}  # replaces its scores")
     return status
 
 
-def _check_usage(stored: "Baseline", options: CheckOptions) -> None:
+def _check_usage(baseline: "Baseline", options: CheckOptions) -> None:
     """Raise `UsageError` for options that contradict each other or the baseline."""
-    accept, seeds = options.accept, options.seeds
-    if (accept is None) != (not (options.because or "").strip()):
-        raise click.UsageError("--accept TRACKER requires --because TEXT, and vice versa.")
-    if accept is not None and accept not in stored.entries:
+    accept, repetitions = options.accept, options.repetitions
+    if (accept is None) != (not (options.reason or "").strip()):
+        raise click.UsageError("--accept TRACKER requires --reason TEXT, and vice versa.")
+    if accept is not None and accept not in baseline.entries:
         raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(stored.entries)}."
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.entries)}."
         )
-    if accept is not None and (options.timed or seeds is not None):
-        raise click.UsageError("--accept cannot be combined with --time or --seeds.")
-    if options.timed != (options.against is not None):
+    if accept is not None and (options.is_timed or repetitions is not None):
+        raise click.UsageError("--accept cannot be combined with --timing or --repetitions.")
+    if options.is_timed != (options.revision is not None):
         raise click.UsageError(
-            "--time requires --against REVISION, and vice versa: speeds are compared with those "
+            "--timing requires --revision REVISION, and vice versa: speeds are compared with those "
             "of a git revision."
         )
-    if seeds is not None and seeds > stored.seeds:
+    if repetitions is not None and repetitions > baseline.n_repetitions:
         raise click.UsageError(
-            f"--seeds: {seeds} is more than the {stored.seeds} seeds of the baseline. Give fewer, "
-            "or recreate the baseline with more."
+            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
+            "of the baseline. Give fewer, or recreate the baseline with more."
         )
 
 
@@ -219,7 +225,7 @@ def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
             name: entry for name, entry in row.items() if _fits(sequences, name, entry.source.text)
         }
         for tracker, row in baseline.entries.items()
-        if _fits(trackers, tracker, baseline.texts[tracker])
+        if _fits(trackers, tracker, baseline.specs[tracker])
     }
     entries = {tracker: row for tracker, row in entries.items() if row}
     if not entries:
@@ -255,42 +261,42 @@ def _with_canonical_names(texts: Sequence[str]) -> list[str]:
     from trackmark.datasets.catalogue import is_built_in
 
     built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
-    return [*texts, *(datasets.identity(text)[0] for text in built_in)]
+    return [*texts, *(datasets.name_and_fingerprint(text)[0] for text in built_in)]
 
 
-def _verdict(result: "Check", speeds: "Mapping[str, Pace]") -> str:
+def _verdict(result: "Check", speeds: "Mapping[str, SpeedChange]") -> str:
     """Return `regression`, `inconclusive` or `pass`, for scores and speeds together."""
-    states = {result.verdict, *(pace.state for pace in speeds.values())}
-    if states & {"regression", "slower"}:
+    statuses = {result.verdict, *(speed_change.decision for speed_change in speeds.values())}
+    if statuses & {"regression", "slower"}:
         return "regression"
-    return "inconclusive" if "inconclusive" in states else "pass"
+    return "inconclusive" if "inconclusive" in statuses else "pass"
 
 
 def _accept(
-    stored: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
+    baseline: "Baseline", path: Path, options: CheckOptions, result: "Check", runner: BaselineRunner
 ) -> int:
     """Replace a tracker's scores in the baseline, unless a run failed."""
     from trackmark.bench.regression.baseline import write_baseline
 
-    tracker, reason = str(options.accept), str(options.because)
+    tracker, reason = str(options.accept), str(options.reason)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
     if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
-    write_baseline(stored.moved_on(tracker, result.now, reason, today), path)
+    write_baseline(baseline.with_accepted(tracker, result.now, reason, today), path)
     print_message(f"{path}: the scores of {tracker} are replaced.")
     return 0
 
 
-def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) -> None:
+def _show(result: "Check", speeds: "Mapping[str, SpeedChange]", options: CheckOptions) -> None:
     """Print the changes of scores and speeds, and write them into files."""
-    from trackmark.bench.regression.check import as_data, as_junit, table
+    from trackmark.bench.regression.check import check_json, check_junit, table
     from trackmark.bench.regression.speed import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
     tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]
     if options.as_json:
-        data = as_data(result) | {"verdict": _verdict(result, speeds)}
+        data = check_json(result) | {"verdict": _verdict(result, speeds)}
         if speeds:
             data["times"] = speed_data(speeds)
         click.echo(json.dumps(data, allow_nan=False))
@@ -305,7 +311,7 @@ def _show(result: "Check", speeds: "Mapping[str, Pace]", options: CheckOptions) 
             ),
         )
     if options.junit is not None:
-        _write(options.junit, as_junit(result, speed_cases(speeds)))
+        _write(options.junit, check_junit(result, speed_cases(speeds)))
 
 
 def _text(table: "Table") -> str:
@@ -317,7 +323,7 @@ def _text(table: "Table") -> str:
 
 
 def _write(file: Path, text: str) -> None:
-    from trackmark.reports.files import write_file
+    from trackmark.bench.output_files import write_file
     from trackmark.reports.printable import printable
 
-    write_file(file, lambda temporary: temporary.write_text(printable(text), encoding="utf-8"))
+    write_file(file, printable(text))

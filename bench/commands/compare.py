@@ -1,7 +1,7 @@
 """Compare trackers pairwise on the same sequences."""
 
 import json
-from collections.abc import Collection, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,9 +10,10 @@ import click
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
     imported_option,
+    imported_runs,
     parse_imported,
     with_imported,
 )
@@ -25,7 +26,6 @@ from trackmark.bench.commands._options import (
     matching_sequences,
     metrics_option,
     name_option,
-    only_experiment,
     option,
     output_option,
     protocol_option,
@@ -34,10 +34,11 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
-    patience,
+    open_runs,
     print_corner_hints,
     print_hint,
     print_message,
+    report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment, default_name
 
@@ -45,8 +46,8 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.analysis.comparison import Comparison
-    from trackmark.bench.analysis.families import Families
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.exchange.importing import ImportedTracker
+    from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import ScoreMeasure
 
 
@@ -65,7 +66,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     published: Path | None = option(
         "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
     )
-    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
         f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
@@ -88,7 +89,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
         type=EXISTING_FILE,
     )
     name: str | None = name_option("Name of the results folder; as in `run`.")
-    folder: Path | None = output_option(
+    output: Path | None = output_option(
         "Write tables, a figure and a paragraph for a paper to this folder."
     )
 
@@ -101,79 +102,95 @@ def command(options: CompareOptions) -> int:
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
     trackers if none is named). The first tracker of each pair is reported as better, worse,
     equivalent or inconclusive. All pairs of up to four trackers are printed, all pairs of more
-    trackers with --verbose. Each metrics preset gets its own comparison. Failed runs count as the
+    trackers with --verbose. Each set of metrics gets its own comparison. Failed runs count as the
     worst score.
 
     For example:
-      trackmark compare camshift opencv-mil --sequences 'samples/*' --seeds 5
-      trackmark compare --results results/windows --folder paper
+      trackmark compare camshift opencv-mil --sequences 'samples/*' --repetitions 5
+      trackmark compare --results results/windows --output paper
 
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
     from trackmark.bench.analysis.comparable_runs import AllFailedError
+    from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.families import read_families
-    from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
+    from trackmark.bench.protocols import ONE_PASS, parse_protocol
+    from trackmark.bench.store.keys import single_experiment
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
     if options.published is not None and options.published.stem.startswith("comparison"):
-        # The tables in --folder are called comparison.csv and so on.
-        written = options.folder and options.folder / options.published.name
-        check_outputs({"--folder": written}, [options.published])
+        # The tables in --output are called comparison.csv and so on.
+        written = options.output and options.output / options.published.name
+        check_outputs({"--output": written}, [options.published])
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
-    filed = STORED_ONE_PASS if options.protocol is None else parse_protocol(options.protocol).text
-    measures = {preset: _measure(preset, options) for preset in _presets(options.metrics, filed)}
+    protocol = ONE_PASS
+    if options.protocol is not None:
+        protocol = parse_protocol(options.protocol).key
+    measures = {name: _measure(name, options) for name in _metrics(options.metrics, protocol)}
     imported_trackers = parse_imported(options.results_of)
     imported = [entry.tracker for entry in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
-    cells: Collection[RunKey] | None = None
-    experiments = []
     must_be_named = options.sequences is not None or (trackers and options.published is None)
     if must_be_named and len(trackers) + len(imported) < 2:
         raise click.UsageError("Name at least two trackers to compare.")
     if options.results is not None:
-        experiments = [only_experiment(options.results)]
+        runs = open_runs(single_experiment(options.results))
+        if imported_trackers:
+            runs = with_imported(runs, imported_trackers)
+        _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
     elif trackers:
-        folder, labels, cells = _run(options, [text for _, text in trackers])
-        experiments = [folder]
-    only = None if cells is None else {sequence for _, sequence, _, _ in cells}
-    with with_imported(experiments, imported_trackers, options.sequences, only) as (experiment,):
-        runs = _load(experiment, labels, cells, imported, filed)
-        if options.results is not None:
-            _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
-        try:
-            compared = {  # before any output: a preset can refuse the runs
-                preset: _compare(runs, against, options, families, preset, measure)
-                for preset, measure in measures.items()
-            }
-        except AllFailedError as error:
-            print_message(str(error))
-            return EXIT_NEGATIVE
-        status = _report(compared, options)
-        print_corner_hints(experiment, cells)
-        return status
+        runs, labels = _run(options, [text for _, text in trackers], imported_trackers)
+    else:
+        runs = imported_runs(imported_trackers, options.sequences or "")
+    if labels is not None:
+        labels = [*labels, *imported]
+        if set(labels) <= set(runs.table["tracker"].unique()):
+            runs = runs.of_trackers(labels)  # runs of other trackers may be damaged
+    compared = {}
+    try:
+        for name, measure in measures.items():  # before any output: metrics can refuse the runs
+            with report_slow_work("Scoring runs"):
+                compared[name] = compare_runs(
+                    runs,
+                    name,
+                    measure,
+                    labels,
+                    against,
+                    protocol=protocol,
+                    published=options.published,
+                    by_scene=options.unit == "scene",
+                    families=families,
+                )
+    except AllFailedError as error:
+        print_message(str(error))
+        return EXIT_NEGATIVE
+    status = _report(compared, options)
+    print_corner_hints(runs)
+    return status
 
 
-def _presets(metrics: Sequence[str], filed: str) -> list[str]:
-    """Return the presets; if `native` cannot score the runs, the protocol's preset replaces it."""
-    from trackmark.bench.analysis.run_tables import PRESET
+def _metrics(names: Sequence[str], protocol: str) -> list[str]:
+    """Return the metrics; if `native` cannot score the runs, the protocol's own replace it."""
     from trackmark.bench.evaluation.scoring import can_score
     from trackmark.bench.protocols import parse_protocol
 
-    replaced = {} if can_score(PRESET, filed) else {PRESET: parse_protocol(filed).preset}
-    return list(dict.fromkeys(replaced.get(name, name) for name in metrics))
+    replaced = {}
+    if not can_score("native", protocol):
+        replaced["native"] = parse_protocol(protocol).metrics
+    return list(dict.fromkeys(replaced.get(name, name) for name in names))
 
 
-def _measure(preset: str, options: CompareOptions) -> "ScoreMeasure":
+def _measure(metrics: str, options: CompareOptions) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
     from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
 
     try:
-        return compared_measure(preset, options.metric, options.margin)
+        return compared_measure(metrics, options.metric, options.margin)
     except ComparisonError as error:
         raise click.BadParameter(str(error), param_hint="--metric") from None
 
@@ -198,111 +215,47 @@ def _trackers(
 
 def _label(text: str) -> str:
     """Return the label of a specification; the text itself if there is no such tracker."""
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.trackers import TrackerError
 
     try:
-        return resolve_trackers([text])[text].label
+        return resolve_specs([text])[text].label
     except TrackerError:
         return text  # stored runs can be compared without the tracker
 
 
 def _run(
-    options: CompareOptions, trackers: Sequence[str]
-) -> "tuple[Path, list[str], Collection[RunKey]]":
-    """Execute missing runs; return the results folder, the labels and the requested runs."""
+    options: CompareOptions, trackers: Sequence[str], imported: "Sequence[ImportedTracker]"
+) -> "tuple[Runs, list[str]]":
+    """Execute missing runs; return the requested and imported runs, and the labels of trackers."""
     sequences = options.sequences or ""
     experiment = Experiment(
         name=options.name or default_name(trackers, split_list(sequences), None),
         trackers=tuple(trackers),
         sequences=matching_sequences(sequences),
-        repetitions=options.seeds or Experiment.repetitions,
+        repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )
-    execution = run_experiment(experiment, options)
+    execution = plan_and_execute(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
-    labels = [spec.label for spec in execution.plan.trackers.values()]
-    return execution.folder, labels, execution.plan.manifest().versions
-
-
-@dataclass(frozen=True)
-class _Runs:
-    """Runs of one experiment that are compared."""
-
-    experiment: Path
-    table: "pd.DataFrame"  # as `load_runs` returns them
-    labels: list[str] | None  # labels of the compared trackers; None for all stored trackers
-    filed: str  # protocol name under which runs are filed
-
-
-def _load(
-    experiment: Path,
-    labels: list[str] | None,
-    cells: "Collection[RunKey] | None",
-    imported: Sequence[str],
-    filed: str,
-) -> _Runs:
-    """Load requested runs (all stored runs if None), imported runs and timing runs."""
-    from trackmark.bench.protocols import TIMING
-    from trackmark.bench.store.data_frames import load_runs
-    from trackmark.bench.store.results import Results
-
-    if labels is not None:
-        labels = [*labels, *imported]
-    if cells is not None:
-        stored = Results(experiment).manifest().versions if imported else ()
-        cells = [*cells, *(cell for cell in stored if cell[0] in imported)]
-        cells = [*cells, *((*cell[:3], TIMING) for cell in cells)]
-    runs = load_runs(experiment, cells)
-    if labels is not None and set(labels) <= set(runs["tracker"].unique()):
-        runs = runs[runs["tracker"].isin(labels)]  # runs of other trackers may be damaged
-    return _Runs(experiment, runs, labels, filed)
-
-
-def _compare(
-    runs: _Runs,
-    against: str | None,
-    options: CompareOptions,
-    families: "Families | None",
-    preset: str,
-    measure: "ScoreMeasure",
-) -> "Comparison":
-    """Compare the runs by a score of a metrics preset."""
-    from trackmark.bench.analysis.comparable_runs import same_boxes, scored_runs
-    from trackmark.bench.analysis.comparison import compare
-    from trackmark.bench.analysis.published_scores import with_published
-    from trackmark.bench.analysis.run_tables import not_repeatable
-    from trackmark.bench.store.truth import find_attributes
-
-    labels = runs.labels
-    with patience("Scoring runs"):
-        table, measure = scored_runs(runs.experiment, runs.table, runs.filed, preset, measure)
-    if options.published is not None:
-        table, published = with_published(table, options.published, measure)
-        labels = None if labels is None else [*labels, *published]
-    finished = runs.table[runs.table["status"] == "finished"]
-    return compare(
-        table,
-        measure,
-        labels,
-        against,
-        by_scene=options.unit == "scene",
-        families=families,
-        attributes=find_attributes(runs.experiment, finished),
-        same_boxes=same_boxes(runs.experiment, runs.table, runs.filed),
-        not_repeatable=not_repeatable(runs.table),
-    )
+    requested = execution.plan.requested_runs().versions
+    runs = open_runs(execution.folder).select(requested)
+    if imported:
+        runs = with_imported(runs, imported)
+    return runs, [spec.label for spec in execution.plan.trackers.values()]
 
 
 def _report_older_versions(runs: "pd.DataFrame") -> None:
     """Print which trackers have stored runs of an outdated version."""
     from trackmark.bench.experiments.tracker_spec import built_in_digest
 
-    stored = runs.dropna(subset="tracker_version").astype({"tracker": str, "tracker_name": str})
-    current = {name: built_in_digest(name) for name in stored["tracker_name"].unique()}
-    digests = stored["tracker_name"].map(current)
-    older = digests.notna() & (digests != stored["tracker_version"].astype(str))
-    for label, is_older in older.groupby(stored["tracker"], sort=False):
+    stored_runs = runs.dropna(subset="tracker_version").astype(
+        {"tracker": str, "tracker_name": str}
+    )
+    current = {name: built_in_digest(name) for name in stored_runs["tracker_name"].unique()}
+    digests = stored_runs["tracker_name"].map(current)
+    older = digests.notna() & (digests != stored_runs["tracker_version"].astype(str))
+    for label, is_older in older.groupby(stored_runs["tracker"], sort=False):
         if count := int(is_older.sum()):
             print_message(
                 f"{label}: {count} of {len(is_older)} stored runs are of another version of the "
@@ -311,19 +264,19 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
 
 
 def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
-    """Print and write the comparisons by all presets; return the exit status."""
+    """Print and write the comparisons by all metrics; return the exit status."""
     from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
 
-    folder = options.folder
-    for preset, comparison in compared.items():
+    folder = options.output
+    for metrics, comparison in compared.items():
         if options.as_json:
-            data = {"metrics": preset, **as_data(comparison)}
+            data = {"metrics": metrics, **as_data(comparison)}
             click.echo(json.dumps(data, allow_nan=False))
         else:
             lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
             click.echo("\n".join(lines))
         if folder is not None:
-            target = folder / preset if len(compared) > 1 else folder
+            target = folder / metrics if len(compared) > 1 else folder
             print_message("\n".join(_write(comparison, target)))
     first = next(iter(compared.values()))
     for tracker, note in first.failures.items():
@@ -335,11 +288,11 @@ def _write(comparison: "Comparison", folder: Path) -> list[str]:
     """Write tables, the figure and the paragraph; return lines that list the files."""
     from trackmark.bench.analysis.comparison_figures import write_differences
     from trackmark.bench.analysis.comparison_tables import files, paragraph
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import list_written_files, write_tables
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
+    from trackmark.bench.output_files import write_file
 
     paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
     text = f"{paragraph(comparison)}\n"
-    paths.append(write_file(file, lambda path: path.write_text(text, encoding="utf-8")))
+    paths.append(write_file(file, text))
     return list_written_files(paths, file.name)

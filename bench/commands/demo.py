@@ -18,6 +18,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._progress import (
     RunProgress,
+    open_runs,
     print_hint,
     print_message,
     progress_bar,
@@ -48,43 +49,44 @@ def command(options: DemoOptions) -> int:
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
     from trackmark.bench.analysis.run_summary import summarise
-    from trackmark.bench.analysis.run_tables import tables, title_of
+    from trackmark.bench.analysis.run_tables import tables
+    from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.pages.report import Commands, write_report_page
     from trackmark.bench.pages.report_figures import FigureFiles
-    from trackmark.reports.write import write_tables
 
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name
-    engine_options = EngineOptions(output=results.parent, jobs=options.jobs)
+    engine_options = EngineOptions(results_root=results.parent, jobs=options.jobs)
     # Timing runs come first: the table of scores includes their times.
     timed = replace(experiment, timing=True, repetitions=1)
     executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
     title = (
         f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        f"{sum(execution.units.runs for execution in executions)} runs (about 1 minute)"
+        f"{sum(execution.tasks.n_runs for execution in executions)} runs (about 1 minute)"
     )
     with RunProgress(title, results) as runs_progress:
         runs_progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=runs_progress)
-    summary = summarise(results)
+    runs = open_runs(results)
+    summary = summarise(runs)
     assert summary is not None
     click.echo("\n".join(summary.lines()))
     if summary.failures:
         return EXIT_NEGATIVE
     folder = options.output / "demo"
-    report_tables = tables(results)
+    report_tables = tables(runs)
     write_tables(folder, report_tables)
     figures = FigureFiles(".png", print_message)
     page = folder / "report.html"
     with progress_bar("Drawing the report", None, "frame") as progress:
-        title, names = title_of(results), Commands(str(results))
-        write_report_page(results, page, report_tables, title, names, progress, figures=figures)
+        names = Commands(str(results))
+        write_report_page(runs, page, report_tables, runs.title, names, progress, figures=figures)
     program = os.path.relpath(sys.argv[0])
     click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are in the same folder)")
     print_hint(
         "Next    try your own tracker or video, as README.md shows:\n"
         f"        {program} run --trackers matcher.py,camshift --sequences 'samples/*'\n"
-        f"        {program} annotate cup.mp4 --pick"
+        f"        {program} annotate cup.mp4 --draw"
     )
     return 0

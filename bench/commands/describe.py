@@ -1,4 +1,4 @@
-"""Describe a tracker, sequence, metrics preset, attribute or protocol."""
+"""Describe a tracker, sequence, metrics, attribute or protocol."""
 
 import json
 import re
@@ -17,7 +17,7 @@ from trackmark.bench.commands._options import (
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, progress_bar
+from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ class DescribeOptions(JsonOptions):
 @click.command("describe", cls=Command)
 @with_options(DescribeOptions)
 def command(options: DescribeOptions) -> None:
-    """Describe a tracker, sequence, metrics preset, attribute or protocol.
+    """Describe a tracker, sequence, metrics, attribute or protocol.
 
     NAME is a name of `trackmark list`, the path of a sequence or tracker file, or a folder or
     pattern, whose sequences are listed.
@@ -69,8 +69,7 @@ Description = tuple[dict[str, Any], list[str]]
 
 def _tracker(name: str) -> Description | None:
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import describe_tracker
-    from trackmark.bench.experiments.tracker_spec import split_text
+    from trackmark.bench.experiments.tracker_spec import describe_tracker, split_text
     from trackmark.bench.external.definition import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file, is_outside, summary
 
@@ -96,22 +95,22 @@ def _tracker(name: str) -> Description | None:
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         default = " (the default)" if preset == data["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
-    return data, lines + _setting_lines("parameters", data["parameters"])
+    return data, lines + _parameter_lines(data["parameters"])
 
 
 def _named(name: str) -> Description | None:
-    """Describe a preset, protocol, attribute or group of sequences; None for other names."""
+    """Describe metrics, a protocol, attribute or group of sequences; None for other names."""
     from trackmark.bench import metrics, protocols
 
     bare = name.partition(":")[0]
-    if metrics.is_preset(name):
+    if metrics.are_metrics(name):
         data, lines = _metrics(name)
-        if name in protocols.names():  # a preset and a protocol have this name
-            data["protocol_of_this_name"] = protocols.definition(name)
-            lines += ["", *_protocol_lines(data["protocol_of_this_name"])]
+        if name in protocols.names():  # metrics and a protocol have this name
+            data["protocol"] = protocols.describe(name)
+            lines += ["", *_protocol_lines(data["protocol"])]
         return data, lines
     if bare in protocols.names():
-        data = protocols.definition(name)
+        data = protocols.describe(name)
         return data, _protocol_lines(data)
     if name.isidentifier() and (data := _attribute(name)):
         return data, [f"{key:11} {value}" for key, value in data.items() if value]
@@ -121,47 +120,47 @@ def _named(name: str) -> Description | None:
 def _metrics(name: str) -> Description:
     from trackmark.bench import metrics
 
-    preset = metrics.preset(name)
+    definitions = metrics.find_metrics(name)
     summary, _, definition = metrics.describe(name).partition("\n\n")
     data = {
         "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
-        "also": list(preset.aliases),
-        "agrees": preset.agrees_with,
-        "protocol": preset.protocol,
-        "columns": {key: asdict(column) for key, column in preset.columns.items()},
-        "curves": {key: asdict(axes) for key, axes in preset.curves.items()},
+        "aliases": list(definitions.aliases),
+        "agrees_with": definitions.agrees_with,
+        "run_kind": definitions.run_kind,
+        "metrics": {key: asdict(metric) for key, metric in definitions.metrics.items()},
+        "curves": {key: asdict(axes) for key, axes in definitions.curves.items()},
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
-    lines.append(f"agrees with  {preset.agrees_with or 'no toolkit'}")
-    lines.append(f"scores       runs by the protocol {preset.protocol!r}")
-    lines += [f"also called  {', '.join(preset.aliases)}"] if preset.aliases else []
-    lines += [f"curves       {', '.join(preset.curves)}"] if preset.curves else []
-    lines.append("columns, with the score of a perfect tracker")
-    width = max(map(len, preset.columns))
-    for key, column in preset.columns.items():
-        perfect = "" if column.perfect is None else f"{column.perfect:.3g}"
-        lines.append(f"  {key:{width}}  {perfect:5}  {column.meaning}")
+    lines.append(f"agrees with  {definitions.agrees_with or 'no toolkit'}")
+    lines.append(f"scores       runs by the protocol {definitions.run_kind!r}")
+    lines += [f"also called  {', '.join(definitions.aliases)}"] if definitions.aliases else []
+    lines += [f"curves       {', '.join(definitions.curves)}"] if definitions.curves else []
+    lines.append("metrics, with the score of a perfect tracker")
+    width = max(map(len, definitions.metrics))
+    for key, metric in definitions.metrics.items():
+        perfect = "" if metric.best_value is None else f"{metric.best_value:.3g}"
+        lines.append(f"  {key:{width}}  {perfect:5}  {metric.meaning}")
     return data, lines
 
 
 def _protocol_lines(data: dict[str, Any]) -> list[str]:
     lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
-    lines.append(f"preset       {data['preset']} (metrics preset of its runs by default)")
-    return lines + _setting_lines("parameters", data["knobs"])
+    lines.append(f"metrics      {data['metrics']} (of its runs by default)")
+    return lines + _parameter_lines(data["parameters"])
 
 
-def _setting_lines(heading: str, settings: list[dict[str, Any]]) -> list[str]:
-    """Return lines on parameters: default, meaning and type."""
-    if not settings:
+def _parameter_lines(parameters: list[dict[str, Any]]) -> list[str]:
+    """Return a heading and one line per parameter with its default, meaning and type."""
+    if not parameters:
         return []
-    texts = [f"{setting['name']}={setting['default']}" for setting in settings]
+    texts = [f"{parameter['name']}={parameter['default']}" for parameter in parameters]
     width = max(len(text) for text in texts)
-    return [heading] + [
-        f"  {text:{width}}  {setting['meaning']}"
-        + (f" ({setting['type']})" if "|" in setting.get("type", "") else "")
-        for text, setting in zip(texts, settings, strict=True)
+    return ["parameters"] + [
+        f"  {text:{width}}  {parameter['meaning']}"
+        + (f" ({parameter['type']})" if "|" in parameter.get("type", "") else "")
+        for text, parameter in zip(texts, parameters, strict=True)
     ]
 
 
@@ -189,15 +188,15 @@ def _several(name: str) -> Description | None:
 
     if is_built_in(name) or datasets.path_format(name):
         return None
-    with patience("Looking for sequences"):
+    with report_slow_work("Looking for sequences"):
         names = datasets.matching(name)
     if names == [name]:
         return None
     formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
-    data = {
+    data: dict[str, Any] = {
         "name": name,
         "sequences": len(names),
-        "taken for": "; ".join(formats) or "built-in sequences",
+        "format": "; ".join(formats) or "built-in sequences",
     }
     lines = [f"{key:12} {value}" for key, value in data.items()]
     coverages = [entry for text in formats for entry in _coverages(text, names)]
@@ -211,7 +210,9 @@ def _several(name: str) -> Description | None:
         }
         for entry in coverages
     ]
-    return {**data, "official": official, "of them": names}, lines + [f"  {x}" for x in names]
+    return {**data, "official": official, "sequence_names": names}, lines + [
+        f"  {x}" for x in names
+    ]
 
 
 def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
@@ -229,43 +230,43 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     from trackmark.trackers.base.parameters import closest_match
 
     try:
-        with patience(f"Opening {name}"):
-            outline = datasets.describe(name, truth)
+        with report_slow_work(f"Opening {name}"):
+            metadata = datasets.describe(name, truth)
     except datasets.SequenceError as error:
         close = closest_match(name.partition(":")[0], trackers.names())
         if not close or Path(name).expanduser().exists():
             raise
         raise datasets.SequenceError(f"{error} Did you mean the tracker {close!r}?") from None
-    width, height = outline.size
-    none = f"none {outline.truth_missing}".strip()
-    origin = outline.origin
+    width, height = metadata.size
+    none = f"none {metadata.truth_missing}".strip()
+    origin = metadata.origin
     data: dict[str, Any] = {
-        "name": outline.name,
-        "frames": outline.length,
+        "name": metadata.name,
+        "frames": metadata.length,
         "size": f"{width}x{height} pixels",
-        "fps": outline.fps,
-        "truth": f"{outline.present} of {outline.length} frames" if outline.present else none,
-        "truth from": outline.truth_source if outline.present else "",
-        "remarks": " ".join(outline.remarks),
-        "regions": ", ".join(outline.regions),
-        "attributes": ", ".join(f"{key} ({n} frames)" for key, n in outline.attributes.items()),
-        "taken for": origin.format,
-        "says": origin.description,
+        "fps": metadata.fps,
+        "truth": f"{metadata.present} of {metadata.length} frames" if metadata.present else none,
+        "truth_source": metadata.truth_source if metadata.present else "",
+        "remarks": " ".join(metadata.remarks),
+        "regions": ", ".join(metadata.regions),
+        "attributes": ", ".join(f"{key} ({n} frames)" for key, n in metadata.attributes.items()),
+        "format": origin.format,
+        "description": origin.description,
         "licence": origin.licence or "not stated with the data" * bool(origin.format),
-        "cite": origin.citation,
-        "fingerprint": outline.fingerprint,
+        "citation": origin.citation,
+        "fingerprint": metadata.fingerprint,
     }
-    fields = data | ({"fps": f"{outline.fps:.5g}"} if outline.fps else {})
-    lines = [f"{key:12} {value}" for key, value in fields.items() if value]
-    data["knobs"] = datasets.options(name)
-    lines += _setting_lines("parameters", data["knobs"])
+    fields = data | ({"fps": f"{metadata.fps:.5g}"} if metadata.fps else {})
+    lines = [f"{key.replace('_', ' '):12} {value}" for key, value in fields.items() if value]
+    data["parameters"] = datasets.options(name)
+    lines += _parameter_lines(data["parameters"])
     if measure:
-        data["measured"] = _measured(name, truth)
+        data["measured_attributes"] = _measured(name, truth)
         lines.append("measured (`trackmark describe NAME` defines each)")
-        for attribute, entry in data["measured"].items():
+        for attribute, entry in data["measured_attributes"].items():
             value = "none" if entry["value"] is None else f"{entry['value']:.3g}"
             lines.append(
-                f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['over']} of frames"
+                f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['statistic']} of frames"
             )
     return data, lines
 
@@ -285,7 +286,7 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
         attribute.name: {
             "value": finite(overall[attribute.name]),
             "unit": attribute.unit,
-            "over": attribute.statistic,
+            "statistic": attribute.statistic,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
         for attribute in map(attributes.find, attributes.names())

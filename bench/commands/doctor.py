@@ -12,8 +12,8 @@ import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import Command, JsonOptions, with_options
+from trackmark.bench.package_version import package_version
 from trackmark.datasets.source_digest import library_version, library_versions
-from trackmark.reports.package_version import package_version
 from trackmark.reports.printable import wrap
 
 LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "skvideo")
@@ -108,7 +108,7 @@ def _kernel_folders() -> set[Path]:
 def _trackers() -> dict[str, str]:
     """Return for each tracker `ready`, or the reason why it cannot be used."""
     from trackmark import trackers
-    from trackmark.bench.experiments.tracker_files import describe_tracker
+    from trackmark.bench.experiments.tracker_spec import describe_tracker
 
     states = {}
     for name in trackers.names():

@@ -1,4 +1,4 @@
-"""List trackers, sequences, metrics presets and other named things."""
+"""List trackers, sequences, metrics and other named things."""
 
 import json
 from dataclasses import dataclass
@@ -29,9 +29,9 @@ class ListOptions(JsonOptions):
 @click.command("list", cls=Command)
 @with_options(ListOptions)
 def command(options: ListOptions) -> None:
-    """List trackers, sequences, metrics presets and other named things.
+    """List trackers, sequences, metrics and other named things.
 
-    KIND is trackers, sequences (built-in), experiments, metrics (presets), attributes, protocols or
+    KIND is trackers, sequences (built-in), experiments, metrics, attributes, protocols or
     formats (of recorded data). Without it, all kinds are listed. Trackers whose libraries are not
     installed are included; `describe` names what they need.
 
@@ -63,7 +63,7 @@ def _summaries(kind: str) -> dict[str, str]:
     if kind == "sequences":
         from trackmark import datasets
 
-        summaries = {name: datasets.summary(name) for name in datasets.names()}
+        summaries = {name: datasets.sequence_size(name) for name in datasets.names()}
         return {
             name: f"{summary.length} frames of {summary.size[0]}x{summary.size[1]}"
             for name, summary in summaries.items()
@@ -73,7 +73,7 @@ def _summaries(kind: str) -> dict[str, str]:
 
         lines = {}
         for name in metrics.names():
-            also = metrics.preset(name).aliases
+            also = metrics.find_metrics(name).aliases
             lines[name] = metrics.describe(name).partition("\n")[0]
             lines[name] += f" Also called {', '.join(also)}." if also else ""
         return lines
@@ -86,7 +86,7 @@ def _summaries(kind: str) -> dict[str, str]:
     if kind == "protocols":
         from trackmark.bench import protocols
 
-        return {name: protocols.definition(name)["summary"] for name in protocols.names()}
+        return {name: protocols.describe(name)["summary"] for name in protocols.names()}
     if kind == "formats":
         from trackmark.datasets import readers
 

@@ -24,10 +24,10 @@ from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
 
 if TYPE_CHECKING:
-    from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.papers import Effort
+    from trackmark.bench.execution.plan import OpenedSequences
+    from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.reproduction import Report, Reproduction
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,8 +37,8 @@ class ReproduceOptions(ScreenOptions, EngineOptions):
     paper: str | None = argument(required=False)
     all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
-    everything: bool = option("Add the sensitivity table.", "--all")
-    seeds: int | None = option("Maximum number of repetitions.", minimum=1)
+    with_sensitivity: bool = option("Add the sensitivity table.", "--all")
+    repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
         "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
     )
@@ -52,7 +52,7 @@ def command(options: ReproduceOptions) -> int:
 
     Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
     literally, `recommended` differs in a few values that the paper leaves open. Runs are stored in
-    folders in --output, the report in the folder OUTPUT/PAPER. Stored runs are not repeated.
+    folders in --results-root, the report in its folder PAPER. Stored runs are not repeated.
 
     For example:
       trackmark reproduce wang2010 --quick
@@ -61,8 +61,8 @@ def command(options: ReproduceOptions) -> int:
     Exit codes: 0 success; 1 a claim does not hold (only with --strict); 2 invalid usage or input;
     130 interrupted.
     """
-    from trackmark.bench.papers import Effort, paper_names
-    from trackmark.bench.papers.markdown_page import write_page
+    from trackmark.bench.papers import ReproductionOptions, paper_names
+    from trackmark.bench.papers.markdown_page import write_markdown_page
     from trackmark.bench.papers.reproduction import Reproduction
 
     page, quick = options.page, options.quick
@@ -73,73 +73,79 @@ def command(options: ReproduceOptions) -> int:
         raise click.UsageError(
             "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
         )
-    if quick and options.everything:
+    if quick and options.with_sensitivity:
         raise click.UsageError("Give either --quick or --all.")
     if page is not None:
-        folder = options.output / str(options.paper)
+        folder = options.results_root / str(options.paper)
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
-    effort = Effort(
-        quick=quick, everything=options.everything, seeds=options.seeds, jobs=options.jobs
+    reproduced = ReproductionOptions(
+        quick=quick,
+        with_sensitivity=options.with_sensitivity,
+        repetitions=options.repetitions,
+        jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if options.paper is None else [options.paper]:
-        report = _reproduce(Reproduction(name), effort, options)
+        report = _reproduce(Reproduction(name), reproduced, options)
         if page is not None:
-            write_page(page, report)
+            write_markdown_page(page, report)
         if options.all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
-            print_message(f"All papers: {write_front_page(options.output)}")
+            print_message(f"All papers: {write_front_page(options.results_root)}")
         verdicts = [row.verdicts["recommended"].verdict for row in report.verdicts]
         fails |= "does not hold" in verdicts
     return EXIT_NEGATIVE if options.strict and fails else 0
 
 
-def _reproduce(paper: "Reproduction", effort: "Effort", options: ReproduceOptions) -> "Report":
+def _reproduce(
+    reproduction: "Reproduction", reproduced: "ReproductionOptions", options: ReproduceOptions
+) -> "Report":
     """Run the reproduction of a paper; write and print its report."""
     from trackmark.bench.papers.reproduction import report_data
-    from trackmark.bench.papers.terminal_report import screen_lines
+    from trackmark.bench.papers.terminal_report import report_lines
 
-    started_at, folder = time.monotonic(), options.output / paper.name
+    started_at, paper = time.monotonic(), reproduction.paper
+    folder = options.results_root / paper.name
     requested: dict[str, Collection[RunKey]] = {}
-    opened_sequences: KnownSequences = {}
+    opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        for experiment in paper.experiments(effort)
+        for experiment in reproduction.experiments(reproduced)
     ]
-    runs = sum(execution.units.runs for execution in executions)
-    quick = ", quick look without verdicts" if effort.quick else ""
+    runs = sum(execution.tasks.n_runs for execution in executions)
+    quick = ", quick look without verdicts" if reproduced.quick else ""
     with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
         progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=progress)
-            requested[execution.experiment.name] = execution.plan.manifest().versions
-    with progress_bar("Drawing figures and judging claims", None, "claim") as judged:
-        report = paper.report(options.output, folder, effort, requested, judged)
+            requested[execution.experiment.name] = execution.plan.requested_runs().versions
+    with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
+        report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
     content = report_data(report, time.monotonic() - started_at)
     _write(report, content, folder)
     if options.as_json:
         click.echo(json.dumps(content, allow_nan=False))
         return report
-    lines = screen_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
+    lines = report_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
     click.echo("\n".join(lines))
-    if effort.quick:
-        claims = len(report.context.claims)
-        print_hint(f"Verdicts on its {claims} claims  trackmark reproduce {paper.name}")
+    if reproduced.quick:
+        n_claims = len(paper.claims)
+        print_hint(f"Verdicts on its {n_claims} claims  trackmark reproduce {paper.name}")
     return report
 
 
 def _write(report: "Report", content: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
+    from trackmark.bench.commands._table_files import write_tables
+    from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
-    from trackmark.bench.papers.markdown_page import write_page
-    from trackmark.reports.files import write_file
-    from trackmark.reports.write import write_tables
+    from trackmark.bench.papers.markdown_page import write_markdown_page
 
     text = json.dumps(content, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
-    write_page(folder / "report.md", report)
-    write_file(folder / "report.json", lambda path: path.write_text(text, "utf-8"))
+    write_markdown_page(folder / "report.md", report)
+    write_file(folder / "report.json", text)
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

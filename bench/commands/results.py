@@ -18,23 +18,22 @@ from trackmark.bench.commands._options import (
     argument,
     execution_option,
     name_option,
-    only_experiment,
     option,
     output_option,
     protocol_option,
     selection_option,
-    trace_option,
+    trajectory_option,
     with_options,
 )
 from trackmark.bench.commands._progress import (
+    open_runs,
     print_hint,
     print_message,
-    score_stored_runs,
 )
 from trackmark.bench.commands._terminal import confirm
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.bench.evaluation.run_record import Trajectory
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,24 +71,21 @@ def list_results(options: FolderOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    from trackmark.bench.store.data_frames import ordered_rows
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.results import Results
-    from trackmark.bench.store.run_rows import to_json_row
+    from trackmark.bench.store.keys import experiment_folders
+    from trackmark.bench.store.run_rows import json_row
 
     for experiment in experiment_folders(options.folder):
-        score_stored_runs(experiment)
-        rows = ordered_rows(Results(experiment))
+        rows = [row for row in open_runs(experiment).rows if row["status"] != "missing"]
         if options.as_json:
             for row in rows:
-                click.echo(json.dumps({"experiment": experiment.name, **to_json_row(row)}))
+                click.echo(json.dumps({"experiment": experiment.name, **json_row(row)}))
             continue
         click.echo(f"{experiment}: {len(rows)} runs")
         counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
         for row in rows:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
         for (tracker, sequence, protocol), number in sorted(counts.items()):
-            suffix = "" if protocol == "accuracy" else f" ({protocol})"
+            suffix = "" if protocol == "one-pass" else f" ({protocol})"
             others = [f", {number[word]} {word}" for word in ("failed", "stale") if number[word]]
             click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{''.join(others)}")
 
@@ -110,32 +106,32 @@ def failures(options: FailuresOptions) -> None:
     import numpy as np
 
     from trackmark.bench.analysis.run_summary import tracker_line
-    from trackmark.bench.store.layout import experiment_folders, run_key
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import experiment_folders, run_key
     from trackmark.bench.store.run_rows import list_runs
+    from trackmark.bench.store.run_store import RunStore
 
     failed = [
         (experiment, row)
         for experiment in experiment_folders(options.folder)
-        for row in list_runs(Results(experiment))
+        for row in list_runs(RunStore(experiment))
         if row["status"] == "failed"
     ]
     for experiment, row in failed:
-        run = Results(experiment).read(run_key(row))
+        run = RunStore(experiment).read(run_key(row))
         reached = int(np.isfinite(run.boxes[:, 0]).sum())
         if options.as_json:
             data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-            data |= {"frames": len(run.boxes), "reached": reached, "output": run.output}
+            data |= {"frames": len(run.boxes), "reached": reached, "output": run.tracker_output}
             click.echo(json.dumps({"experiment": experiment.name, **data}))
         else:
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
                 f"{reached} of {len(run.boxes)} frames ({experiment})"
             )
-            reason, _, trace = run.failure.partition("\n")
+            reason, _, stack_trace = run.failure.partition("\n")
             lines = [reason, tracker_line(run.failure)]
             if options.verbose:
-                lines = [reason, *trace.splitlines(), *run.output.splitlines()]
+                lines = [reason, *stack_trace.splitlines(), *run.tracker_output.splitlines()]
             click.echo("\n".join(f"  {line}" for line in lines if line))
     if failed and not (options.as_json or options.verbose):
         print_hint("Tracebacks and last outputs of the trackers: add --verbose")
@@ -168,42 +164,42 @@ def remove(options: RemoveOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
-    from trackmark.bench.store.layout import RunKey, experiment_folders, run_key
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
     from trackmark.bench.store.run_rows import list_runs
+    from trackmark.bench.store.run_store import RunStore
 
     selected: dict[Path, list[RunKey]] = {}
-    stored = "*" if options.protocol is None else _stored_protocol(options.protocol)
+    protocol_key = "*" if options.protocol is None else _protocol_key(options.protocol)
     for experiment in experiment_folders(options.folder):
-        results = Results(experiment)
+        results = RunStore(experiment)
         # Keys suffice: damaged runs can be removed, too.
-        cells = [
-            cell
-            for cell in results.list_keys()
-            if fnmatchcase(cell[0], options.tracker)
-            and fnmatchcase(cell[1], options.sequence)
-            and stored in ("*", cell[3])
+        keys = [
+            key
+            for key in results.list_keys()
+            if fnmatchcase(key[0], options.tracker)
+            and fnmatchcase(key[1], options.sequence)
+            and protocol_key in ("*", key[3])
         ]
         if options.failed:
             failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
-            cells = [cell for cell in cells if cell in failed]
-        selected[experiment] = cells
-    number = sum(len(cells) for cells in selected.values())
+            keys = [key for key in keys if key in failed]
+        selected[experiment] = keys
+    number = sum(len(keys) for keys in selected.values())
     if not number:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
         confirm(f"Remove {number} run{'s' * (number != 1)} from {options.folder}?")
-    for experiment, cells in selected.items():
-        Results(experiment).remove(cells)
+    for experiment, keys in selected.items():
+        RunStore(experiment).remove(keys)
     click.echo(f"Removed {number} run{'s' * (number != 1)}.")
 
 
-def _stored_protocol(text: str) -> str:
-    """Return the name under which runs of a protocol are stored."""
+def _protocol_key(text: str) -> str:
+    """Return the protocol key of a protocol's text."""
     from trackmark.bench.protocols import TIMING, parse_protocol
 
-    return TIMING if text == TIMING else parse_protocol(text).text
+    return TIMING if text == TIMING else parse_protocol(text).key
 
 
 @command.command("check")
@@ -219,8 +215,7 @@ def check_results(options: FolderOptions) -> int:
 
     Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
-    from trackmark.bench.store.files import ResultsError
-    from trackmark.bench.store.layout import experiment_folders
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
 
     status = 0
     for experiment in experiment_folders(options.folder, damaged=True):
@@ -242,9 +237,9 @@ def check_results(options: FolderOptions) -> int:
 
 def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
     """Return the state of an experiment's file in words, and its data for --json."""
-    from trackmark.bench.store.files import ResultsError
+    from trackmark.bench.store.keys import ResultsError
     from trackmark.bench.store.maintenance import find_damage, repair_indexes
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.run_store import RunStore
 
     messages = find_damage(experiment)
     if messages:
@@ -252,7 +247,7 @@ def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
             repair_indexes(experiment)
             if not (messages := find_damage(experiment)):
                 print_message(f"{experiment}: a damaged index was rebuilt from its table.")
-    runs = 0 if messages else len(Results(experiment).list_keys())
+    runs = 0 if messages else len(RunStore(experiment).list_keys())
     state = "damaged" if messages else f"{runs} runs, undamaged"
     return state, {"runs": runs, "damages": messages}
 
@@ -293,7 +288,7 @@ class ImportOptions:
         "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
     )
     name: str = name_option(default="published")
-    output: Path = output_option(
+    results_root: Path = output_option(
         "Folder that contains the results folder.", default=Path("results")
     )
 
@@ -311,7 +306,7 @@ def import_results(options: ImportOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    folder = options.output / options.name
+    folder = options.results_root / options.name
     number = store_imported(parse_imported(options.results), options.sequences, folder)
     click.echo(f"{number} {'run is' if number == 1 else 'runs are'} in {folder}.")
 
@@ -335,7 +330,7 @@ class ExportOptions:
     )
     force: bool = output_option("Replace existing files.")
     protocol: str | None = protocol_option()
-    trace: "Trace" = trace_option()
+    trajectory: "Trajectory" = trajectory_option()
 
 
 @command.command("export")
@@ -351,9 +346,10 @@ def export(options: ExportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.exchange.exporting import export_results
+    from trackmark.bench.store.keys import single_experiment
 
     files = export_results(
-        only_experiment(options.experiment),
+        single_experiment(options.experiment),
         options.format,
         options.folder,
         print_message,
@@ -361,7 +357,7 @@ def export(options: ExportOptions) -> None:
         sequence=options.sequence,
         origin=options.origin,
         force=options.force,
-        trace=options.trace,
+        trajectory=options.trajectory,
         protocol=options.protocol or "one-pass",
     )
     click.echo(f"{len(files)} files are in {options.folder}.")

@@ -2,7 +2,7 @@
 
 import json
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -14,7 +14,7 @@ from trackmark.bench.commands._execution import (
     execute_runs,
     plan_experiment,
     print_remarks,
-    stored_runs,
+    progress_since,
 )
 from trackmark.bench.commands._options import (
     Command,
@@ -32,14 +32,15 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import (
-    patience,
+    open_runs,
     print_corner_hints,
     print_event,
     print_hint,
     print_message,
+    report_slow_work,
     rough_duration,
 )
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import print_error
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
@@ -50,7 +51,8 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.layout import RunKey
+    from trackmark.bench.store.keys import RunKey
+    from trackmark.bench.store.runs import Runs
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 
@@ -70,7 +72,7 @@ class RunOptions(ScreenOptions, EngineOptions):
         metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
-    seeds: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
+    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     protocol: str | None = protocol_option()
     timing: bool = option(
         "Measure the time per frame instead of the accuracy; trackers run one at a time."
@@ -123,14 +125,14 @@ def _experiment(options: RunOptions) -> Experiment:
         "name": options.name,
         "trackers": tuple(split_list(trackers or "")),
         "sequences": matching_sequences(sequences, truth) if sequences else (),
-        "repetitions": options.seeds,
+        "repetitions": options.repetitions,
         "protocol": options.protocol,
         "timing": options.timing,
         "arrays": options.arrays,
     }
     values = {key: value for key, value in values.items() if value}
-    if options.seeds:
-        values["repeated"] = {}  # --seeds replaces the numbers of single trackers, too
+    if options.repetitions:
+        values["repeated"] = {}  # --repetitions replaces the numbers of single trackers, too
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -155,9 +157,10 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
-    """Execute a plan, print its scores by metrics presets and return the exit status."""
-    from trackmark.bench.execution.plan import State
-    from trackmark.bench.store.layout import run_key
+    """Execute a plan, print its scores by the chosen metrics and return the exit status."""
+    from trackmark.bench.execution.plan import RunStatus
+    from trackmark.bench.store.keys import run_key
+    from trackmark.bench.store.runs import Runs, RunSource
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -167,74 +170,78 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(row, execution.folder, metrics)
+            _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
-    if stale := execution.plan.count(State.STALE):
+    if stale := execution.plan.count(RunStatus.STALE):
         print_message(
             f"trackmark: replaces {stale} stale run{'s' * (stale != 1)}, because the tracker or "
             "the sequence has changed. To keep them, stop and add --name."
         )
     execute_runs(execution, print_row, keep_errors=True)
-    rows, now, state = stored_runs(execution)
-    failed = now.count(State.FAILED)
+    stored = open_runs(execution.folder)
+    now, message = progress_since(execution, stored.stored_rows)
+    runs = stored.select(execution.plan.requested_runs().versions)
+    failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
     except (SequenceError, TrackerError) as error:
         for line in str(error).splitlines():
-            complain(line)
+            print_error(line)
     if as_json:
-        for row in rows:
-            cell = run_key(row)
-            if cell in now.requested and cell not in printed and now.state(cell) >= State.FAILED:
-                _print_row(row, execution.folder, metrics)
-        print_message(state)
+        for row in stored.stored_rows:
+            key = run_key(row)
+            if key in now.requested and key not in printed and now.status(key) >= RunStatus.FAILED:
+                _print_row(stored, row, metrics)
+        print_message(message)
     else:
-        _print_scores(execution, metrics, options)
-    print_corner_hints(execution.folder, execution.plan.manifest().versions)
+        _print_scores(runs, execution.plan.protocol, metrics, options)
+    print_corner_hints(runs)
     if not as_json:
         if not options.quiet:
-            click.echo(f"\n{state}")
+            click.echo(f"\n{message}")
             _print_hints(execution)
         if options.verbose:
-            _print_details(execution)
+            _print_details(runs, execution.plan.requested_runs().versions)
     if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0
 
 
-def _print_row(row: Mapping[str, Any], folder: Path, metrics: Sequence[str]) -> None:
-    """Print a run as JSON, with scores by other presets if they are requested."""
-    from trackmark.bench.store.run_rows import to_json_row
+def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> None:
+    """Print a run as JSON, with scores by other metrics if they are requested."""
+    from trackmark.bench.store.run_rows import json_row
 
-    data = to_json_row(row)
-    if list(metrics) != ["native"] or row["protocol"] not in ("accuracy", "timing"):
+    data = json_row(row)
+    if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
-        from trackmark.bench.analysis.by_metrics import presets_for, scores_by
+        from trackmark.bench.analysis.by_metrics import metrics_for, scores_by_metrics
 
-        presets = presets_for(metrics, row["protocol"])
-        if others := [name for name in presets if name != "native"]:
-            data["metrics"] = scores_by(folder, row, others)
+        names = metrics_for(metrics, row["protocol"])
+        if others := [name for name in names if name != "native"]:
+            data["metrics"] = scores_by_metrics(runs, row, others)
     click.echo(json.dumps(data, allow_nan=False))
 
 
-def _print_scores(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> None:
+def _print_scores(
+    runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
+) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
     from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
-    folder, cells = execution.folder, execution.plan.manifest().versions
     lines: list[str] = []
     warnings: list[str] = []
-    with patience("Scoring runs"):
-        if execution.plan.protocol == "timing":
-            lines = summarise_times(folder, cells)
+    with report_slow_work("Scoring runs"):
+        if protocol == "timing":
+            lines = summarise_times(runs)
             lines = lines[:1] if options.quiet else lines
-        elif "native" in metrics and (summary := summarise(folder, cells)):
+        elif "native" in metrics and (summary := summarise(runs)):
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
         others = [name for name in metrics if not lines or options.verbose or name != "native"]
         if others and not (options.quiet and lines):
-            tables = summary_text(folder, cells, others, whole=options.verbose).splitlines()
+            text = summary_text(runs, others, only_means=not options.verbose)
+            tables = text.splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     click.echo("\n".join(lines))
     for warning in warnings:
@@ -253,7 +260,9 @@ def _print_hints(execution: "Execution") -> None:
         if repetitions == 1 and spec.randomness != Randomness.NONE
     ]
     if once:
-        print_hint(f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --seeds 10")
+        print_hint(
+            f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --repetitions 10"
+        )
     texts = [source.text for source in execution.experiment.sequences]
     formats = {text: datasets.path_format(text) for text in texts}
     for name in filter(None, dict.fromkeys(formats.values())):
@@ -263,38 +272,38 @@ def _print_hints(execution: "Execution") -> None:
     print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
 
 
-def _print_details(execution: "Execution") -> None:
+def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import run_key
 
-    results, cells = Results(execution.folder), execution.plan.manifest().versions
-    stored = set(results.list_keys())
-    printed = dict.fromkeys((cell[0] for cell in cells if cell in stored), False)
-    for cell in cells:
-        if cell not in stored or printed[cell[0]]:
+    stored = {run_key(row) for row in runs.stored_rows}
+    keys = [key for key in requested if key in stored]
+    has_output = dict.fromkeys((tracker for tracker, *_ in keys), False)
+    for key in keys:
+        if has_output[key[0]]:
             continue
-        if lines := results.read(cell).output.splitlines():
-            printed[cell[0]] = True
-            click.echo(f"Output of {cell[0]} on {cell[1]}:")
+        if lines := runs.run(key).tracker_output.splitlines():
+            has_output[key[0]] = True
+            click.echo(f"Output of {key[0]} on {key[1]}:")
             click.echo("\n".join(f"  | {line}" for line in lines[-_MAX_OUTPUT_LINES:]))
-    if silent := [label for label, has_output in printed.items() if not has_output]:
+    if silent := [label for label, has_any in has_output.items() if not has_any]:
         click.echo(f"Trackers that printed nothing: {', '.join(silent)}.")
 
 
 def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     """Print the numbers of stored and missing runs, and the estimated time of the missing runs."""
-    from trackmark.bench.execution.estimate import estimate
-    from trackmark.bench.execution.plan import State
+    from trackmark.bench.execution.estimate import estimate_time
+    from trackmark.bench.execution.plan import RunStatus
     from trackmark.trackers.base.interface import Randomness
 
-    plan, units = execution.plan, execution.units
-    result = estimate(units, execution.output)
-    kinds = [State.DONE, State.FAILED, State.STALE, State.LEFT]
+    plan, tasks = execution.plan, execution.tasks
+    estimate = estimate_time(tasks, execution.output)
+    kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
     if execution.experiment.timing:
-        kinds.insert(2, State.DISTURBED)
-    states = [state.name.lower() for state in kinds]
+        kinds.insert(2, RunStatus.DISTURBED)
+    statuses = [status.name.lower() for status in kinds]
     by_tracker = {
-        spec.label: {state.name.lower(): counts[state] for state in kinds}
+        spec.label: {status.name.lower(): counts[status] for status in kinds}
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
     if as_json:
@@ -303,29 +312,30 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
             "trackers": by_tracker,
             "sequences": len(plan.sequences),
             "runs": len(plan),
-            "to_run": units.runs,
-            "units": len(units),
-            "workers": units.workers,
-            "seconds": result.seconds,
-            "unmeasured": result.unmeasured,
+            "to_run": tasks.n_runs,
+            "tasks": len(tasks),
+            "workers": tasks.n_workers,
+            "seconds": estimate.seconds,
+            "without_times": estimate.without_times,
         }
         click.echo(json.dumps(data))
         return
-    total = {state: sum(counts[state] for counts in by_tracker.values()) for state in states}
+    total = {status: sum(counts[status] for counts in by_tracker.values()) for status in statuses}
     width = max(len(label) for label in [*by_tracker, "in all"])
-    click.echo(f"{'tracker':{width}}" + "".join(f"{state:>10}" for state in states))
+    click.echo(f"{'tracker':{width}}" + "".join(f"{status:>10}" for status in statuses))
     for label, counts in [*by_tracker.items(), ("in all", total)]:
-        click.echo(f"{label:{width}}" + "".join(f"{counts[state]:10}" for state in states))
+        click.echo(f"{label:{width}}" + "".join(f"{counts[status]:10}" for status in statuses))
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")
-    numbers = (units.runs, "missing run"), (len(plan.sequences), "sequence")
+    numbers = (tasks.n_runs, "missing run"), (len(plan.sequences), "sequence")
     runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    workers = "1 worker" if units.workers == 1 else f"{units.workers} workers"
-    time = f", about {rough_duration(result.seconds)} on {workers}" if result.seconds else ""
+    workers = f"{tasks.n_workers} worker{'s' * (tasks.n_workers != 1)}"
+    time = f", about {rough_duration(estimate.seconds)} on {workers}" if estimate.seconds else ""
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")
-    if result.unmeasured:
+    if estimate.without_times:
+        labels = ", ".join(estimate.without_times)
         click.echo(
-            f"Not estimated, because they have no finished runs: {', '.join(result.unmeasured)}. "
+            f"Not estimated, because they have no finished runs: {labels}. "
             "`run` prints the time left while it works; Ctrl-C keeps finished runs."
         )

@@ -13,15 +13,20 @@ from trackmark.bench.commands._options import (
     option,
     output_option,
     split_list,
-    trace_option,
+    trajectory_option,
     truth_option,
     with_options,
 )
-from trackmark.bench.commands._progress import patience, print_message, progress_bar
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._progress import (
+    open_runs,
+    print_message,
+    progress_bar,
+    report_slow_work,
+)
+from trackmark.bench.commands._terminal import print_error
 
 if TYPE_CHECKING:
-    from trackmark.bench.evaluation.run_record import Trace
+    from trackmark.bench.evaluation.run_record import Trajectory
     from trackmark.datasets import Sequence
 
 
@@ -36,7 +41,7 @@ class ShowOptions:
         "Run these trackers and write a page with their internal data.",
         metavar="TRACKER[,TRACKER]…",
     )
-    trace: "Trace" = trace_option()
+    trajectory: "Trajectory" = trajectory_option()
     repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
     output: Path | None = output_option(
         "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
@@ -45,8 +50,8 @@ class ShowOptions:
     count: int = output_option(
         "Number of frames of a film strip.", "--frames", default=10, minimum=1
     )
-    first: int = output_option("First frame to draw.", default=0, minimum=0)
-    last: int | None = output_option(
+    first_frame: int = output_option("First frame to draw.", default=0, minimum=0)
+    last_frame: int | None = output_option(
         "Last frame to draw.  [default: last of the sequence]", minimum=0
     )
 
@@ -72,16 +77,17 @@ def command(options: ShowOptions) -> int:
     if options.live is not None:
         return _live(options, split_list(options.live))
     sequence, output, results = options.sequence, options.output, options.results
-    first, last = options.first, options.last
+    first, last = options.first_frame, options.last_frame
     if output is None:
         raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and options.trace != "online":
+    if results is None and options.trajectory != "online":
         raise click.BadParameter(
-            "requires --results, because it selects boxes of stored runs.", param_hint="--trace"
+            "requires --results, because it selects boxes of stored runs.",
+            param_hint="--trajectory",
         )
-    with patience(f"Opening {sequence}"):
+    with report_slow_work(f"Opening {sequence}"):
         opened = datasets.load(sequence, truth=options.truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
@@ -91,13 +97,16 @@ def command(options: ShowOptions) -> int:
     end = len(opened) - 1 if last is None else last
     if not first <= end < len(opened):
         raise click.BadParameter(
-            f"frames {first} to {end} are not among 0 to {len(opened) - 1}.", param_hint="--last"
+            f"frames {first} to {end} are not among 0 to {len(opened) - 1}.",
+            param_hint="--last-frame",
         )
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        stored, outlines = _stored(results, opened, options.repetition, options.trace)
-        boxes |= stored
+        tracker_boxes, outlines = _boxes_of_runs(
+            results, opened, options.repetition, options.trajectory
+        )
+        boxes |= tracker_boxes
     _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
     click.echo(str(output))
     return 0
@@ -110,9 +119,9 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
 
     output = options.output or Path("live.html")
     context = click.get_current_context()
-    for name in ("results", "trace", "count", "first", "last"):
+    for name in ("results", "trajectory", "count", "first_frame", "last_frame"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-            option = "--frames" if name == "count" else f"--{name}"
+            option = "--frames" if name == "count" else f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option} and --live exclude each other.")
     if output.suffix != ".html":
         raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
@@ -122,40 +131,38 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
     with progress_bar("Running trackers", None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
-        complain(failure.partition("\n")[0])
+        print_error(failure.partition("\n")[0])
     click.echo(str(paths[0]))
     return EXIT_NEGATIVE if failures else 0
 
 
-def _stored(
-    results: Path, sequence: "Sequence", repetition: int, trace: "Trace"
+def _boxes_of_runs(
+    folder: Path, sequence: "Sequence", repetition: int, trajectory: "Trajectory"
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """Return boxes and outlines of stored runs on a sequence, by tracker."""
     import numpy as np
 
     from trackmark.bench.analysis.film_strips import boxes_on
-    from trackmark.bench.store.data_frames import ordered_rows
-    from trackmark.bench.store.files import ResultsError
-    from trackmark.bench.store.layout import experiment_folders
-    from trackmark.bench.store.results import Results
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
     from trackmark.reports.overlay import TRUTH
 
-    boxes, outlines = boxes_on(results, sequence.name, repetition, trace)
-    for path in experiment_folders(results):
-        for row in ordered_rows(Results(path), sequence=sequence.name, status="stale"):
+    experiments = [open_runs(path) for path in experiment_folders(folder)]
+    boxes, outlines = boxes_on(experiments, sequence.name, repetition, trajectory)
+    for row in [row for runs in experiments for row in runs.rows]:
+        if row["sequence"] == sequence.name and row["status"] == "stale":
             print_message(
                 f"{row['tracker']}, repetition {row['repetition']}: not drawn, because the run is "
                 "of another version of the tracker or the sequence. Run it again."
             )
     if not boxes:
         raise ResultsError(
-            f"{results}: no runs on {sequence.name} found. Run a tracker on it first."
+            f"{folder}: no runs on {sequence.name} found. Run a tracker on it first."
         )
     if len(boxes[TRUTH]) != len(sequence) or (
         sequence.present.any() and not np.array_equal(boxes[TRUTH], sequence.boxes, equal_nan=True)
     ):
         raise ResultsError(
-            f"{results}: the runs on {sequence.name} used another version of the sequence. "
+            f"{folder}: the runs on {sequence.name} used another version of the sequence. "
             "Repeat them on the current one."
         )
     return boxes, outlines
@@ -171,14 +178,16 @@ def _draw(
 ) -> None:
     """Write a film strip of `count` frames, or a video of all frames."""
     from trackmark.bench.analysis.outlines import outlines_on
-    from trackmark.reports.overlay import evenly_spaced, film_strip, write_film_strip
-    from trackmark.reports.video import write_video
+    from trackmark.bench.output_files import write_file
+    from trackmark.reports.overlay import evenly_spaced, film_strip, save_png
+    from trackmark.reports.video import save_video
 
     lines = outlines_on(sequence, outlines)
     if output.suffix == ".png":
         numbers = evenly_spaced(frames.start, frames.stop - 1, count)
         image = sequence.__getitem__
-        write_film_strip(output, film_strip(image, numbers, boxes, sequence.name, lines_of=lines))
+        strip = film_strip(image, numbers, boxes, sequence.name, lines_of=lines)
+        write_file(output, lambda file: save_png(file, strip))
         return
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
@@ -187,4 +196,4 @@ def _draw(
                 yield number, sequence[number]
                 progress(done)
 
-        write_video(output, images(), boxes, sequence.fps, lines)
+        write_file(output, lambda file: save_video(file, images(), boxes, sequence.fps, lines))

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import run_experiment
+from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -21,14 +21,19 @@ from trackmark.bench.commands._options import (
     split_list,
     with_options,
 )
-from trackmark.bench.commands._progress import RunProgress, print_corner_hints, print_message
+from trackmark.bench.commands._progress import (
+    RunProgress,
+    open_runs,
+    print_corner_hints,
+    print_message,
+)
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 if TYPE_CHECKING:
     import pandas as pd
 
-    from trackmark.bench.execution.plan import KnownSequences
-    from trackmark.bench.stress.breaking_points import Series
+    from trackmark.bench.execution.plan import OpenedSequences
+    from trackmark.bench.stress.breaking_points import StressTest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,10 +41,10 @@ class StressOptions(ScreenOptions, EngineOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=True)
-    knobs: str = option(
+    difficulties: str = option(
         "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
         "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
-        "--knob",
+        "--difficulty",
         metavar="NAMES",
     )
     sequences: str = option(
@@ -51,10 +56,10 @@ class StressOptions(ScreenOptions, EngineOptions):
         "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
     )
     against: str = option(
-        "Baseline tracker, by whose breaking points the others are divided.", default="camshift"
+        "Tracker by whose breaking points the others are divided.", default="camshift"
     )
     name: str = name_option(default="stress")
-    folder: Path | None = output_option("Write tables, curves and all runs to this folder.")
+    output: Path | None = output_option("Write tables, curves and all runs to this folder.")
 
 
 @click.command("stress", cls=Command)
@@ -62,58 +67,66 @@ class StressOptions(ScreenOptions, EngineOptions):
 def command(options: StressOptions) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
-    Each difficulty of --knob is increased until the trackers lose the target. Most runs are made at
-    levels near the breaking point, at which half of the runs survive. Stored runs are not repeated.
-    See docs/stress.md.
+    Each difficulty is increased until the trackers lose the target. Most runs are made at levels
+    near the breaking point, at which half of the runs survive. Stored runs are not repeated. See
+    docs/stress.md.
 
     For example:
-      trackmark stress multipart --knob noise,occlusion
-      trackmark stress matcher.py --knob speed=2..8 --sequences plain/target --folder out
+      trackmark stress multipart --difficulty noise,occlusion
+      trackmark stress matcher.py --difficulty speed=2..8 --sequences plain/target --output out
 
     Exit codes: 0 success; 2 invalid usage or input; 130 interrupted.
     """
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
+    from trackmark.bench.commands._table_files import list_written_files, write_tables
+    from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.bench.stress.breaking_points import (
         BreakingPoints,
         RunSequences,
-        Series,
-        answer_lines,
-        as_data,
+        StressTest,
+        breaking_point_lines,
         parse_difficulty,
-        tables,
+        stress_json,
+        stress_tables,
         write_curves,
     )
     from trackmark.reports.renderers import terminal_lines
-    from trackmark.reports.write import list_written_files, write_tables
 
-    if not (knob_texts := split_list(options.knobs)):
-        raise click.UsageError("--knob: the list is empty. Name at least one.")
-    specs = resolve_trackers(
+    if not (difficulty_texts := split_list(options.difficulties)):
+        raise click.UsageError("--difficulty: the list is empty. Name at least one.")
+    specs = resolve_specs(
         text for texts in (*options.trackers, options.against) for text in split_list(texts)
     )
     texts = {spec.label: text for text, spec in specs.items()}
     sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
-    knobs = {parse_difficulty(text, sequences.sequences): None for text in knob_texts}
-    if len({knob.name for knob in knobs}) < len(knobs):
+    difficulties = {parse_difficulty(text, sequences.sequences): None for text in difficulty_texts}
+    if len({difficulty.name for difficulty in difficulties}) < len(difficulties):
         raise click.UsageError(
-            "--knob: a name is given twice, with different ranges. Give each name once."
+            "--difficulty: a name is given twice, with different ranges. Give each name once."
         )
-    series = [Series(label, knob, sequences, options.runs) for knob in knobs for label in texts]
-    title = f"{options.name}: {len(texts)} trackers, {', '.join(knob.name for knob in knobs)}"
-    with RunProgress(title, options.output / options.name) as progress:
+    stress_tests = [
+        StressTest(label, difficulty, sequences, options.runs)
+        for difficulty in difficulties
+        for label in texts
+    ]
+    names = ", ".join(difficulty.name for difficulty in difficulties)
+    title = f"{options.name}: {len(texts)} trackers, {names}"
+    with RunProgress(title, options.results_root / options.name) as progress:
         runner = _Runner(options, progress, texts)
-        series = _execute_series(runner, series)
-    result = BreakingPoints(series, specs[options.against].label)
+        stress_tests = _complete_tests(runner, stress_tests)
+    result = BreakingPoints(stress_tests, specs[options.against].label)
     if options.as_json:
-        click.echo(json.dumps(as_data(result), allow_nan=False))
+        click.echo(json.dumps(stress_json(result), allow_nan=False))
     else:
-        click.echo("\n".join(answer_lines(result)))
+        click.echo("\n".join(breaking_point_lines(result)))
         if not options.quiet:
-            for table in tables(result):
-                click.echo("\n".join(["", *terminal_lines(table, "--folder")]))
-    print_corner_hints(options.output / options.name)
-    if (folder := options.folder) is not None:
-        paths = [*write_tables(folder, tables(result, whole=True)), *write_curves(result, folder)]
+            for table in stress_tables(result):
+                click.echo("\n".join(["", *terminal_lines(table, "--output")]))
+    print_corner_hints(open_runs(options.results_root / options.name))
+    if (folder := options.output) is not None:
+        paths = [
+            *write_tables(folder, stress_tables(result, whole=True)),
+            *write_curves(result, folder),
+        ]
         print_message("\n".join(list_written_files(paths)))
     return 0
 
@@ -125,13 +138,13 @@ class _Runner:
     options: StressOptions
     progress: RunProgress
     texts: Mapping[str, str]  # specifications of the trackers, by label
-    opened_sequences: "KnownSequences" = field(default_factory=dict)
+    opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     def run(
         self, labels: Sequence[str], sequences: Sequence[str]
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
         """Execute missing runs; return all runs, and the texts of the sequences by name."""
-        from trackmark.bench.store.data_frames import load_runs
+        from trackmark.bench.store.runs import Runs
         from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
@@ -141,21 +154,22 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = run_experiment(
+            execution = plan_and_execute(
                 experiment, self.options, self.opened_sequences, progress=self.progress
             )
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
-        return load_runs(execution.folder, execution.plan.manifest().versions), texts
+        runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
+        return runs.table, texts
 
 
-def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series]":
-    """Return the completed series; in each round, every series gets a batch of runs.
+def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "list[StressTest]":
+    """Return the completed stress tests; in each round, every one gets a batch of runs.
 
     Trackers whose next runs use the same sequences share an execution.
     """
-    current = list(series)
+    current = list(stress_tests)
     while any(entry.next_runs() for entry in current):
         labels_by_runs: dict[tuple[str, ...], list[str]] = {}
         for label in runner.texts:
@@ -166,7 +180,7 @@ def _execute_series(runner: _Runner, series: "Sequence[Series]") -> "list[Series
             if sequences:
                 outcomes |= _outcomes(runner, labels, sequences)
         current = [
-            entry.with_outcomes(outcomes[entry.tracker]) if entry.next_runs() else entry
+            entry.extended_by(outcomes[entry.tracker]) if entry.next_runs() else entry
             for entry in current
         ]
     return current

@@ -13,7 +13,7 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
 from trackmark.bench.commands._options import Command, argument, option, with_options
 from trackmark.bench.commands._progress import print_message
-from trackmark.bench.commands._terminal import complain
+from trackmark.bench.commands._terminal import print_error
 
 if TYPE_CHECKING:
     from trackmark.trackers import Tracker
@@ -55,14 +55,13 @@ def command(options: TraxOptions) -> int:
     os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
     import numpy as np
 
-    from trackmark.bench.experiments.tracker_files import resolve_trackers
-    from trackmark.bench.experiments.tracker_spec import BOXES
+    from trackmark.bench.experiments.tracker_spec import BOXES, resolve_specs
     from trackmark.bench.external.trax_server import ClientError, serve
     from trackmark.trackers import TrackerError
     from trackmark.trackers.base.global_generators import GlobalGenerators
     from trackmark.trackers.base.plain import seed_number
 
-    spec = resolve_trackers([options.name])[options.name]
+    spec = resolve_specs([options.name])[options.name]
     if spec.init != BOXES:
         raise click.UsageError(f"{options.name}: the client chooses the region. Omit init.")
     # Repetitions of vot-toolkit start this command again and must differ.
@@ -80,10 +79,10 @@ def command(options: TraxOptions) -> int:
     try:
         serve(make, spec.label, sys.stdin.buffer, answers)
     except ClientError as error:
-        complain(str(error))
+        print_error(str(error))
         return EXIT_WRONG_INPUT
     except TrackerError as error:
-        complain(f"{spec.label}: {error}")
+        print_error(f"{spec.label}: {error}")
         return EXIT_NEGATIVE
     except Exception:  # noqa: BLE001  # a tracker can raise anything
         traceback.print_exc()

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
-from trackmark.bench.metrics.native import GroundTruthLike
+from trackmark.bench.metrics.interface import GroundTruthLike
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import name_hint
 

@@ -7,7 +7,6 @@ update, at most three times.
 
 import gc
 from collections.abc import Callable, Iterable
-from collections.abc import Sequence as Sized
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from functools import partial
@@ -16,25 +15,20 @@ from statistics import median
 from time import perf_counter
 from typing import Any
 
-import numpy as np
-from numpy.typing import NDArray
-
 from trackmark import datasets
 from trackmark.bench.evaluation.interleaved_timing import one_thread
-from trackmark.bench.evaluation.recorder import Recorder, blank_rows, uses_shared_state
+from trackmark.bench.evaluation.recorder import Recorder, uses_shared_state
 from trackmark.bench.evaluation.run_context import SharedState, in_shared_state
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import TrackerFactory, TrackerSpec, parse_tracker
 from trackmark.bench.protocols import (
     ONE_PASS,
-    STORED_ONE_PASS,
     TIMING,
     parse_protocol,
-    stored_protocol,
+    protocol_of_key,
 )
 from trackmark.datasets import Sequence
 from trackmark.datasets.interface import Frames, Image
-from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import CallClock
 from trackmark.trackers.base.global_generators import preserved_generators
 from trackmark.trackers.base.sharing import SharedFrame
@@ -50,11 +44,7 @@ MAX_TIMED_PASSES = 3
 
 
 class Observer:
-    """Callbacks of the loop, empty by default; `bench.engine.heartbeat.Heartbeat` has others."""
-
-    def rows(self, shape: tuple[int, int]) -> NDArray[np.float64]:
-        """Return the buffer for the rows of a run that is alone in its process."""
-        return blank_rows(shape)
+    """Callbacks of the loop, empty by default."""
 
     def on_frame_read(self, frame: int) -> None:
         """Handle the event before a frame is read."""
@@ -65,11 +55,11 @@ class Observer:
     def on_tracker_return(self) -> None:
         """Handle the event after a tracker has returned or raised."""
 
-    def on_frames_done(self, frames: int) -> None:
-        """Handle the event that all trackers have processed a number of frames."""
+    def on_exhausted_memory(self) -> None:
+        """Handle the event that the memory of this process does not suffice for a tracker."""
 
-    def on_loop_end(self) -> None:
-        """Handle the end of the loop."""
+    def on_frames_done(self, n_frames: int) -> None:
+        """Handle the event that all trackers have processed a number of frames."""
 
 
 NULL_OBSERVER = Observer()
@@ -111,7 +101,7 @@ def evaluate_run(
     repetition : int
         Index of the repetition, from 0, which selects the random numbers.
     protocol : str
-        Protocol, for example `supervised:skip=10`; see docs/protocols.md.
+        Protocol, for example `supervised:skip_frames=10`; see docs/protocols.md.
     keep_arrays : bool
         True to keep `Estimate.arrays`, masks and maps of every frame (one-pass runs only).
 
@@ -126,15 +116,15 @@ def evaluate_run(
         For unknown names or parameters, a sequence without ground truth, or an unreadable image.
     """
     loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
-    stored = parse_protocol(protocol).text
+    protocol_key = parse_protocol(protocol).key
     entries = [(parse_tracker(tracker), repetition)]
-    return run_protocol(entries, loaded, stored, keep_arrays=keep_arrays).runs[0]
+    return run_protocol(entries, loaded, protocol_key, keep_arrays=keep_arrays).runs[0]
 
 
 def run_protocol(
     entries: Iterable[tuple[TrackerSpec, int]],
     sequence: Sequence,
-    protocol: str = STORED_ONE_PASS,
+    protocol: str = ONE_PASS,
     *,
     keep_arrays: bool = False,
     run_seconds: float = inf,
@@ -152,19 +142,22 @@ def run_protocol(
     Python's garbage collector are disabled.
 
     Raises `SequenceError` if the sequence has no usable ground truth, or if an image is unreadable.
-    Raises `NotAttributableError` if one of several trackers exhausts the memory.
     """
     sequence.check_runnable()
     specs = list(entries)
-    make = partial(_make_recorders, specs, sequence, protocol, raise_errors=raise_errors)
-    make_stored = partial(make, observer.rows, keep_arrays=keep_arrays, run_seconds=run_seconds)
-    uses_state = any(uses_shared_state(spec) for spec, _ in specs)
-    seeds_state = any(
-        spec.is_built_in and spec.randomness is Randomness.PROCESS for spec, _ in specs
+    make = partial(
+        _make_recorders,
+        specs,
+        sequence,
+        protocol,
+        raise_errors=raise_errors,
+        on_exhausted_memory=observer.on_exhausted_memory,
     )
-    with preserved_generators() if uses_state or seeds_state else nullcontext():
+    make_stored = partial(make, keep_arrays=keep_arrays, run_seconds=run_seconds)
+    uses_state = any(uses_shared_state(spec) for spec, _ in specs)
+    with preserved_generators() if uses_state else nullcontext():
         run = partial(_run, make, make_stored, sequence, protocol, observer)
-        return in_shared_state(run, may_share=uses_state and not seeds_state)
+        return in_shared_state(run, may_share=uses_state)
 
 
 def _run(
@@ -186,12 +179,12 @@ def _run(
                 warming.release()
                 return PassResult([_time(make_stored, sequence, observer, state)], nan, nan)
         recorders = make_stored()
-        walk = _SequencePass(recorders, sequence, observer, state)
-        if stored_protocol(protocol).time_dependent:  # compiles kernels before time is measured
+        whole_pass = _SequencePass(recorders, sequence, observer, state)
+        if protocol_of_key(protocol).time_dependent:  # compiles kernels before time is measured
             _SequencePass(make(), sequence, observer, state).run(warm_up, to_the_end=False)
         if any(len(recorder.segments) > 1 for recorder in recorders):
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
-        walk.run()
+        whole_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
             if not recorder.failure:
@@ -200,21 +193,18 @@ def _run(
                 observer.on_tracker_return()
     finally:
         sequence.frames = frames
-    overhead = median(walk.overheads) if walk.overheads else nan
+    overhead = median(whole_pass.overheads) if whole_pass.overheads else nan
     runs = [recorder.result() for recorder in recorders]
-    return PassResult(runs, overhead, walk.fetching / max(walk.fetched, 1))
+    return PassResult(runs, overhead, whole_pass.fetching / max(whole_pass.fetched, 1))
 
 
 def _make_recorders(
-    entries: Sized[tuple[TrackerSpec, int]],
+    entries: list[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
-    shared_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
     **options: Any,
 ) -> list[Recorder]:
-    """Create the recorders; `shared_rows` creates the rows of a run that is alone."""
-    alone = len(entries) == 1
-    options |= {"alone": alone, "make_rows": shared_rows if alone else blank_rows}
+    """Create the recorders, which share a clock."""
     options["clock"] = CallClock()
     return [
         Recorder(number, *entry, sequence, protocol, **options)
@@ -236,7 +226,7 @@ def _time(
         _SequencePass([recorder], sequence, observer, state).run(to_the_end=False)
         recorder.release()
         run = replace(recorder.result(), times=(times := recorder.times()))
-        if best is None or times.run_delay_share < best.circumstances["run_delay_share"]:
+        if best is None or times.run_delay_share < best.metadata["run_delay_share"]:
             best = run
         if run.failure or not times.is_disturbed:
             return run
@@ -253,21 +243,22 @@ class _SequencePass:
 
     def __init__(
         self,
-        recorders: Sized[Recorder],
+        recorders: list[Recorder],
         sequence: Sequence,
         observer: Observer,
         state: SharedState,
     ) -> None:
-        self._recorders, self._whole, self._observer = recorders, sequence, observer
+        self._recorders, self._sequence, self._observer = recorders, sequence, observer
         self._state = state
         self.fetching, self.fetched = 0.0, 0
         self.overheads: list[float] = []
 
-    def run(self, most: int | None = None, *, to_the_end: bool = True) -> None:
+    def run(self, n_frames: int | None = None, *, to_the_end: bool = True) -> None:
         """Run trackers through their segments.
 
-        `most` is the number of frames from the init box on; None for all. `to_the_end` continues if
-        all trackers have failed, because runs are only stored if all frames are readable.
+        `n_frames` is the number of frames from the init box on; None for all. `to_the_end`
+        continues if all trackers have failed, because runs are only stored if all frames are
+        readable.
         """
         before = 0.0
         # Trackers that start from different regions can have different segments.
@@ -275,24 +266,25 @@ class _SequencePass:
             group = [recorder for recorder in self._recorders if recorder.segments == segments]
             share = len(group) / len(self._recorders)
             for segment in segments:
-                self._numbers = segment.frames(len(self._whole))
-                whole = segment.start == 0 and segment.step == 1
-                self._view = view = self._whole if whole else self._whole[segment.slice]
+                self._numbers = segment.frames(len(self._sequence))
+                is_whole = segment.start == 0 and segment.step == 1
+                self._view = view = self._sequence if is_whole else self._sequence[segment.slice]
                 self._active = active = [recorder for recorder in group if not recorder.failure]
                 for recorder in active:
                     recorder.begin_segment(segment, view)
                 if active:
                     first = view.first_frame
+                    stop = len(view) if n_frames is None else first + n_frames
                     self._start(first)
                     self._observer.on_frames_done(int(before + share))
-                    for frame in range(first + 1, len(view) if most is None else first + most):
+                    for frame in range(first + 1, stop):
                         if not to_the_end and all(recorder.failure for recorder in active):
                             break
                         self._process_frame(frame, int(before + (frame - first + 1) * share))
                 before += len(self._numbers) * share
 
     def _start(self, first: int) -> None:
-        """Pass the frames without target to `Watcher` trackers; initialise all trackers."""
+        """Pass the frames without target to trackers that need them; initialise all trackers."""
         view, numbers, observer = self._view, self._numbers, self._observer
         watchers = []
         for recorder in self._active if first else ():
@@ -359,12 +351,12 @@ class _SequencePass:
 
 
 class FrameCache:
-    """Cache of decoded or rendered frames, of at most `most` bytes."""
+    """Cache of decoded or rendered frames, of at most `n_bytes`."""
 
-    def __init__(self, frames: Frames, most: int) -> None:
+    def __init__(self, frames: Frames, n_bytes: int) -> None:
         self.frames = frames
         self._seen: dict[int, Image] = {}
-        self._left = most
+        self._left = n_bytes
 
     def __len__(self) -> int:
         return len(self.frames)

@@ -23,29 +23,29 @@ from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import Times, time_fields
 from trackmark.bench.protocols import (
-    STORED_ONE_PASS,
+    ONE_PASS,
     TIMING,
     Action,
     Controller,
     Segment,
-    stored_protocol,
+    protocol_of_key,
 )
 from trackmark.datasets import Sequence
 from trackmark.trackers import (
     Box,
+    EarlyFrameTracker,
     Estimate,
-    Finisher,
-    Mapper,
     Mask,
+    RevisingTracker,
     Tracker,
     TrackerError,
-    Watcher,
+    WeightMapTracker,
 )
 from trackmark.trackers.base.call_clock import (
     CallClock,
@@ -61,7 +61,6 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.plain_class import end_fork
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
@@ -85,31 +84,21 @@ _FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
 
 
-class NotAttributableError(Exception):
-    """Harm to the process that cannot be attributed to one of its trackers."""
-
-
 def uses_shared_state(spec: TrackerSpec) -> bool:
     """Return whether a tracker may change the global generators or the folder of this process.
 
     The package's trackers have no global generator, or seed it before each use.
     """
-    return not spec.is_built_in and not spec.call_seconds
-
-
-def blank_rows(shape: tuple[int, int]) -> NDArray[np.float64]:
-    """Return rows of NaN."""
-    return np.full(shape, nan)
+    return not spec.is_built_in and not spec.is_isolated
 
 
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
     `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
-    `raise_errors`, see `run_protocol`. `alone` is whether no other tracker runs in the process;
-    otherwise another tracker could have exhausted the memory. `make_rows` creates the buffer for
-    the rows of all segments. `clock` can be shared by runs whose calls do not overlap. `state` is
-    the state of the process in the pass.
+    `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
+    process does not suffice for the tracker. `clock` can be shared by runs whose calls do not
+    overlap. `state` is the state of the process in the pass.
 
     `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
     [s].
@@ -124,10 +113,9 @@ class Recorder:
         protocol: str,
         *,
         keep_arrays: bool = False,
-        alone: bool = True,
         run_seconds: float = inf,
         raise_errors: bool = False,
-        make_rows: Callable[[tuple[int, int]], NDArray[np.float64]] = blank_rows,
+        on_exhausted_memory: Callable[[], None] = lambda: None,
         clock: CallClock | None = None,
         state: SharedState | None = None,
     ) -> None:
@@ -139,18 +127,19 @@ class Recorder:
         self.failure = ""
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
-        self._protocol = stored_protocol(protocol)
+        self._protocol = protocol_of_key(protocol)
         self.segments = _segments(protocol, sequence, spec.init)
         self._frames = segment_frames(protocol, sequence, spec.init)
-        self._spec, self._run_seconds, self._alone = spec, run_seconds, alone
+        self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
+        self._on_exhausted_memory = on_exhausted_memory
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
-        self._complete = protocol == STORED_ONE_PASS
-        self._revises = protocol in (STORED_ONE_PASS, TIMING)
+        self._complete = protocol == ONE_PASS
+        self._revises = protocol in (ONE_PASS, TIMING)
         self._shares = protocol != TIMING
         self._keep_arrays = keep_arrays and self._complete
         n = sum(len(segment.frames(len(sequence))) for segment in self.segments)
-        self._all_rows = make_rows((n, COLUMNS))
+        self._all_rows = np.full((n, COLUMNS), nan)
         self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
         self._clock = clock or CallClock()
@@ -159,7 +148,7 @@ class Recorder:
         self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
         self._device = ""
         self._first_updates: list[int] = []  # index in `_updates` after each initialisation
-        self._external: ExternalPlugin | None = None
+        self._external: RemoteTracker | None = None
         self._details: dict[str, NDArray[np.float64]] = {}
         self._arrays: dict[int, dict[str, NDArray[Any]]] = {}
         self._mask: Mask | None = None
@@ -172,6 +161,7 @@ class Recorder:
         self._state = state or SharedState(may_share=False)
         self._context: RunContext | None = None
         self._process = os.getpid()
+        self._printed = ""  # output of trackers in other processes
         self._drawn: set[str] = set()  # names of global generators
         self._update: Callable[[Any], Estimate]
 
@@ -186,13 +176,13 @@ class Recorder:
         self._controller = self._protocol.controller(truth, view.first_frame, view.image_size)
 
     def watches(self, first: int) -> bool:
-        """Create the tracker; return whether it is a `Watcher` and gets frames before `first`."""
-        return self._call(first, lambda: isinstance(self._tracker(), Watcher)) or False
+        """Create the tracker; return whether it is an `EarlyFrameTracker`."""
+        return self._call(first, lambda: isinstance(self._tracker(), EarlyFrameTracker)) or False
 
     def show(self, shared_frame: SharedFrame, frame: int) -> None:
-        """Pass a frame, in which the target has not appeared yet, to a `Watcher` tracker."""
+        """Pass a frame in which the target has not appeared yet to an `EarlyFrameTracker`."""
         tracker = self._tracker()
-        if isinstance(tracker, Watcher) and not self.failure:
+        if isinstance(tracker, EarlyFrameTracker) and not self.failure:
             self._call(frame, lambda: self._in_context(tracker.watch, shared_frame.image))
 
     def start(self, shared_frame: SharedFrame, frame: int, mask: Mask | None) -> None:
@@ -204,9 +194,9 @@ class Recorder:
         self._rows[frame] = (*box, True, nan)
         self._estimates[frame] = self._rows[frame].copy()
         if not self.failure:
-            # A tracker numbers the frames that it receives. Only a `Watcher` receives frames before
-            # the init box.
-            self._first_seen = 0 if isinstance(self._made, Watcher) else frame
+            # A tracker numbers the frames that it receives. Only an `EarlyFrameTracker` receives
+            # frames before the init box.
+            self._first_seen = 0 if isinstance(self._made, EarlyFrameTracker) else frame
             self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
     def follow(self, shared_frame: SharedFrame, frame: int) -> float:
@@ -222,7 +212,7 @@ class Recorder:
             before = self.seconds
             self.start(shared_frame, frame, self._sequence.mask(frame))
             seconds = self.seconds - before
-        if (answered := self._controller.source_frames) is not None and not self.failure:
+        if (answered := self._controller.estimate_frames) is not None and not self.failure:
             if step is Action.UPDATE:
                 self._estimates[frame] = self._rows[frame].copy()
             self._rows[frame] = self._estimates[answered[frame]]
@@ -241,9 +231,9 @@ class Recorder:
         self._segmentation.contour_accuracy[frame] = contour_accuracy(mask, truth)
 
     def finish(self, frame: int) -> None:
-        """Store the corrections of `Finisher.finish` after the last frame of a one-pass run."""
+        """Store the corrections of a `RevisingTracker` after the last frame of a one-pass run."""
         tracker = self._tracker()
-        if self._complete and isinstance(tracker, Finisher):
+        if self._complete and isinstance(tracker, RevisingTracker):
             self._call(
                 frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
             )
@@ -256,14 +246,14 @@ class Recorder:
             revised = boxes.copy()
             for frame, box in self._revisions.items():
                 revised[frame] = box
-        circumstances: dict[str, Any] = {"seconds": self.seconds}
+        metadata: dict[str, Any] = {"seconds": self.seconds}
         self._note_drawn()
         if self._drawn:
-            circumstances["generators"] = sorted(self._drawn)
+            metadata["generators"] = sorted(self._drawn)
         if self._updates:
-            circumstances |= time_fields(self.times())
-            circumstances["clock"] = self._clock_name
-            circumstances["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
+            metadata |= time_fields(self.times())
+            metadata["clock"] = self._clock_name
+            metadata["machine"] = ", ".join(filter(None, [machine_name(), self._device]))
         return Run(
             identity=self.identity,
             boxes=boxes,
@@ -275,9 +265,10 @@ class Recorder:
             arrays=self._arrays,
             segmentation=self._segmentation,
             states=self._controller.states,
-            source_frames=self._controller.source_frames,
+            estimate_frames=self._controller.estimate_frames,
             segments=self._frames,
-            circumstances=circumstances,
+            metadata=metadata,
+            tracker_output=self._printed,
         )
 
     def times(self) -> Times:
@@ -305,8 +296,9 @@ class Recorder:
         self._note_drawn()
         if self._made is not None:
             self._device = device_name(self._made) or self._device
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._clock_name = self._made.clock or self._clock_name
+            self._printed += self._made.printed
             try:
                 self._made.close()
             except ExternalTrackerError as error:
@@ -323,6 +315,8 @@ class Recorder:
             if self._state.needs_contexts and uses_shared_state(self._spec):
                 self._context = self._state.context(seed_number(seed))
             self._made = self._in_context(self._spec.make, seed)
+            if isinstance(self._made, RemoteTracker):
+                self._made.keeps_arrays = self._keep_arrays
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
@@ -333,18 +327,23 @@ class Recorder:
                     return call(*arguments)
             return call(*arguments)
         finally:
-            end_fork(self._process)
+            self._end_copy()
+
+    def _end_copy(self) -> None:
+        """End this process if the tracker has forked it: the copy would be a second harness."""
+        if os.getpid() != self._process:
+            os._exit(0)
 
     def _note_drawn(self) -> None:
         """Note which global generators the tracker has drawn from."""
         if self._context is not None:
             self._drawn.update(self._context.generators.drawn)
-        if isinstance(self._made, ExternalPlugin):
+        if isinstance(self._made, RemoteTracker):
             self._drawn.update(self._made.drawn)
 
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
-        self._external = tracker if isinstance(tracker, ExternalPlugin) else None
+        self._external = tracker if isinstance(tracker, RemoteTracker) else None
         self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
         self._has_synchronise = hasattr(type(tracker), "synchronise")
         self._shared = self._shares and isinstance(tracker, SharingTracker)
@@ -386,12 +385,12 @@ class Recorder:
             return seconds
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
-        elif reason := self._controller.on_estimate(frame, self._rows[frame], call.seconds):
+        elif reason := self._controller.check_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
         return seconds
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
-        """Return the result and the times of a call of the tracker; end a fork of the process."""
+        """Return the result and the times of a call of the tracker."""
         try:
             if self._timed_by_itself is not None:
                 return call(*arguments), self._timed_by_itself.call_time
@@ -401,7 +400,7 @@ class Recorder:
                 synchronise(self._made)
             return result, self._clock.stop()
         finally:
-            end_fork(self._process)
+            self._end_copy()
 
     def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
         """Validate and store an estimate."""
@@ -441,7 +440,7 @@ class Recorder:
             arrays["mask"] = np.array(estimate.mask)
         tracker = self._tracker()
         maps: Mapping[str, NDArray[Any]] = {}
-        if isinstance(tracker, Mapper):
+        if isinstance(tracker, WeightMapTracker):
             maps = self._in_context(tracker.maps, shared_frame.image)
         for key, weights in maps.items():
             if np.shape(weights) != shared_frame.image.shape[:2]:
@@ -457,8 +456,8 @@ class Recorder:
             return
         last = frame - self._first_seen
         for earlier, box in revised.items():
-            whole = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
-            if not (whole and 0 <= earlier <= last):
+            is_integer = isinstance(earlier, int | np.integer) and not isinstance(earlier, bool)
+            if not (is_integer and 0 <= earlier <= last):
                 raise MalformedEstimateError(
                     f"revised frame {earlier!r} is not one of the processed frames 0 to {last}"
                 )
@@ -470,26 +469,27 @@ class Recorder:
 
     def _fail(self, frame: int, error: BaseException) -> None:
         if self._external is not None and isinstance(error, MalformedEstimateError):
-            error = self._external.process.fail(f"returned an invalid estimate: {error}")
+            error = self._external.reject(error)
         if self._raise_errors:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
-        if not self._alone and _lacks_memory(error):
-            raise NotAttributableError("the memory is exhausted") from error
+        if _lacks_memory(error):
+            self._on_exhausted_memory()
         if fault := machine_fault(error):
-            place = f"{self.identity.tracker} on {self._sequence.name}"
-            raise MachineError(f"{place}, {self._sequence.frame_name(frame)}: {fault}") from error
+            run = f"{self.identity.tracker} on {self._sequence.name}"
+            raise MachineError(f"{run}, {self._sequence.frame_name(frame)}: {fault}") from error
         # The module traceback also handles exceptions whose `__str__` fails.
         message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
         message = message.removeprefix(f"{type(error).__module__}.")
         if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
             message = message.removeprefix(f"{type(error).__name__}: ")
-        trace = "".join(traceback.format_exception(error))
+        stack_trace = "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
-            message, trace = str(error).partition("\n")[0], str(error)
+            message, stack_trace = str(error).partition("\n")[0], str(error)
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
-        text = f"{self._sequence.frame_name(frame)}: {reason}\n{trace[-MAX_TRACEBACK_CHARACTERS:]}"
+        frame_name = self._sequence.frame_name(frame)
+        text = f"{frame_name}: {reason}\n{stack_trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
@@ -538,7 +538,7 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
     Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
-    if not stored_protocol(protocol).segmented:
+    if not protocol_of_key(protocol).has_segments:
         return ()
     segments = _segments(protocol, sequence, init)
     return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)
@@ -547,4 +547,4 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 def _segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
     boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(stored_protocol(protocol).segments(present, sequence.values))
+    return tuple(protocol_of_key(protocol).segments(present, sequence.frame_values))

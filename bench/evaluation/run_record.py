@@ -18,12 +18,12 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
 
-Trace: TypeAlias = Literal["online", "revised"]
-"""Kind of boxes: as returned by each update, or with the tracker's later corrections."""
+Trajectory: TypeAlias = Literal["online", "revised"]
+"""Trajectory of a run: boxes as returned by each update, or with later corrections."""
 
 RESERVED_COLUMNS = frozenset(
     ["frame", "x", "y", "width", "height", "visible", "confidence"]
-    + ["region_similarity", "contour_accuracy", "state", "segment", "answered"]
+    + ["region_similarity", "contour_accuracy", "state", "segment", "estimate_frame"]
 )
 """Column names of the harness, which trackers cannot use as names of details."""
 
@@ -52,22 +52,22 @@ class Run:
     revised : ndarray of float64, shape (n, 4), or None
         Boxes with the tracker's later corrections; None if there are no corrections.
     arrays : mapping of int to mapping of str to ndarray
-        Requested arrays by frame. Masks are called `mask`; maps (see `trackers.Mapper`) are called
-        `map.NAME`, of uint8, 255 for 1.
+        Requested arrays by frame. Masks are called `mask`; maps (see `trackers.WeightMapTracker`)
+        are called `map.NAME`, of uint8, 255 for 1.
     segmentation : Segmentation or None
         Agreement of masks with the ground truth; None without masks, and in timing runs.
     times : Times or None
         Times of a timing run; None for other runs.
     states : ndarray of int32, shape (n,), or None
-        `bench.metrics.preset.FrameState` by frame, in runs with restarts after failures.
-    source_frames : ndarray of int32, shape (n,), or None
+        `bench.metrics.interface.FrameState` by frame, in runs with restarts after failures.
+    estimate_frames : ndarray of int32, shape (n,), or None
         Frame of the estimate in each row of a real-time run; -1 before the first estimate.
     segments : tuple of ndarray of int32
         Frame numbers of each segment; empty for a protocol without segments.
-    circumstances : mapping of str to value
+    metadata : mapping of str to value
         Other properties, such as date, host, libraries, source of the sequence and times.
         `generators` lists the global random generators from which the tracker has drawn.
-    output : str
+    tracker_output : str
         Last part of the output of a failed tracker.
     """
 
@@ -82,19 +82,19 @@ class Run:
     segmentation: Segmentation | None = None
     times: Times | None = None
     states: NDArray[Any] | None = None
-    source_frames: NDArray[Any] | None = None
+    estimate_frames: NDArray[Any] | None = None
     segments: tuple[NDArray[Any], ...] = ()
-    circumstances: Mapping[str, Any] = field(default_factory=dict)
-    output: str = ""
+    metadata: Mapping[str, Any] = field(default_factory=dict)
+    tracker_output: str = ""
 
     @property
     def status(self) -> Literal["finished", "failed"]:
         """`failed` if there is a failure, otherwise `finished`."""
         return "failed" if self.failure else "finished"
 
-    def boxes_in(self, trace: Trace) -> NDArray[Any]:
+    def boxes_in(self, trajectory: Trajectory) -> NDArray[Any]:
         """Return the online or revised boxes, shape (n, 4), which are equal without corrections."""
-        return self.boxes if trace == "online" or self.revised is None else self.revised
+        return self.boxes if trajectory == "online" or self.revised is None else self.revised
 
     def overlaps(self, sequence: str | Path | Sequence | None = None) -> NDArray[np.float64]:
         """Return the overlap (IoU) of each row with the ground truth, shape (n,).
@@ -155,8 +155,8 @@ class Run:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
         if sequence := evaluated_sequences.get(self.identity.fingerprint):
             return sequence
-        name = self.circumstances.get("source") or self.identity.sequence
-        return load_sequence(name, self.circumstances.get("truth") or None)
+        name = self.metadata.get("source") or self.identity.sequence
+        return load_sequence(name, self.metadata.get("truth") or None)
 
     def __repr__(self) -> str:
         key = self.identity

@@ -1,6 +1,5 @@
-"""Scores of runs and of boxes, by metrics presets."""
+"""Scores of runs and of boxes, by any metrics."""
 
-import warnings
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, get_args
@@ -8,24 +7,23 @@ from typing import Any, get_args
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from trackmark.bench import protocols
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.sequence_cache import load_sequence
-from trackmark.bench.metrics import canonical_name
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.preset import (
+from trackmark.bench.metrics import canonical_name, find_metrics
+from trackmark.bench.metrics.interface import (
     GroundTruthArrays,
-    PresetResult,
+    GroundTruthLike,
+    MetricResult,
     RunEstimates,
     annotates_init_only,
 )
 from trackmark.bench.metrics.regions import segmentation_scores
-from trackmark.bench.protocols import ProtocolError, parse_protocol, stored_protocol, title
-from trackmark.bench.protocols import names as protocol_names
+from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
 
-DEFAULT_PRESET = "native"
-"""Preset whose scores are stored with every run; undefined scores are NaN."""
+DEFAULT_METRICS = "native"
+"""Metrics whose scores are stored with every run; undefined scores are NaN."""
 
 REVISED = "revised_"
 """Prefix of the names of scores of revised boxes."""
@@ -34,17 +32,17 @@ REVISED = "revised_"
 def score_run(
     run: Run,
     sequence: str | Path | GroundTruthLike,
-    preset: str = "native",
-    trace: Trace = "online",
-) -> PresetResult:
-    """Return the scores and curves of a run by a preset.
+    metrics: str = "native",
+    trajectory: Trajectory = "online",
+) -> MetricResult:
+    """Return the scores and curves of a run.
 
     Parameters and errors are those of `score`.
     """
     if run.failure:
         raise ValueError(f"{run!r} cannot be scored: {run.failure.splitlines()[0]}")
-    if trace not in get_args(Trace):
-        raise ValueError(f"unknown trace {trace!r}. Known: online, revised.")
+    if trajectory not in get_args(Trajectory):
+        raise ValueError(f"unknown trajectory {trajectory!r}. Known: online, revised.")
     scored = _truth(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
     if fingerprint != run.identity.fingerprint:
@@ -53,50 +51,52 @@ def score_run(
             "the tracker again."
         )
     init = select_ground_truth(scored, run.identity.init, run.identity.sequence)
-    if n := int(run.circumstances.get("unscored_frames", 0)):
+    if n := int(run.metadata.get("unscored_frames", 0)):
         init = _without_last(init, n)
-    chosen = metrics_preset(preset)
-    if not can_score(preset, run.identity.protocol):
+    definitions = find_metrics(metrics)
+    if not can_score(metrics, run.identity.protocol):
         names = [
-            name for name in protocol_names() if chosen.protocol in parse_protocol(name).judged
+            name
+            for name in protocols.names()
+            if definitions.run_kind in parse_protocol(name).run_kinds
         ]
         raise ValueError(
-            f"{canonical_name(preset)} cannot score runs of the protocol "
-            f"{title(run.identity.protocol)}. It scores runs of {', '.join(names)}."
+            f"{canonical_name(metrics)} cannot score runs of the protocol "
+            f"{run.identity.protocol}. It scores runs of {', '.join(names)}."
         )
-    if run.states is not None and chosen.protocol != "supervised":
-        raise ValueError(f"{preset} cannot score {run!r}: it has restarts. Use vot-supervised.")
-    _check_annotation(preset, init, run.identity.sequence)
-    boxes = run.boxes_in(trace)
+    if run.states is not None and definitions.run_kind != "supervised":
+        raise ValueError(f"{metrics} cannot score {run!r}: it has restarts. Use vot-supervised.")
+    _check_annotation(metrics, init, run.identity.sequence)
+    boxes = run.boxes_in(trajectory)
     if not run.segments:
-        return chosen.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
-    parts, stop = [], 0
+        return definitions.score(init, RunEstimates(boxes, run.visible, run.confidence, run.states))
+    segment_results, stop = [], 0
     for frames in run.segments:
         rows = slice(stop, stop := stop + len(frames))
-        answer = RunEstimates(
+        estimates = RunEstimates(
             boxes[rows], run.visible[rows], run.confidence[rows], n_sequence_frames=len(init.boxes)
         )
-        parts.append(chosen.score(_select_frames(init, frames), answer))
-    return replace(chosen.combine([parts]), parts=parts)
+        segment_results.append(definitions.score(_select_frames(init, frames), estimates))
+    return replace(definitions.combine([segment_results]), segment_results=segment_results)
 
 
-def can_score(preset: str, protocol: str) -> bool:
-    """Return whether a metrics preset can score runs of a stored protocol.
+def can_score(metrics: str, protocol: str) -> bool:
+    """Return whether metrics can score runs by a protocol.
 
-    No preset can score unknown protocols, which a later version of trackmark may have stored.
+    No metrics can score unknown protocols, which a later version of trackmark may have stored.
     """
     try:
-        rules = stored_protocol(protocol)
+        rules = protocol_of_key(protocol)
     except ProtocolError:
         return False
-    return metrics_preset(preset).protocol in rules.judged
+    return find_metrics(metrics).run_kind in rules.run_kinds
 
 
-def _check_annotation(preset: str, truth: GroundTruthLike, name: str) -> None:
-    """Raise `ValueError` if a preset would score the init box only; `native` scores are NaN."""
-    if canonical_name(preset) != DEFAULT_PRESET and annotates_init_only(truth):
+def _check_annotation(metrics: str, truth: GroundTruthLike, name: str) -> None:
+    """Raise `ValueError` if metrics would score the init box only; `native` scores are NaN."""
+    if canonical_name(metrics) != DEFAULT_METRICS and annotates_init_only(truth):
         raise ValueError(
-            f"{canonical_name(preset)} cannot score runs on {name}: no frame after the "
+            f"{canonical_name(metrics)} cannot score runs on {name}: no frame after the "
             "initialisation is annotated, as in test sets. Export the results for the evaluation "
             "server of the data set."
         )
@@ -131,9 +131,7 @@ def score(
     run_or_boxes: Run | ArrayLike,
     sequence: str | Path | GroundTruthLike | None = None,
     metrics: str = "native",
-    trace: Trace = "online",
-    *,
-    preset: str | None = None,
+    trajectory: Trajectory = "online",
 ) -> dict[str, float]:
     """Score a run by the ground truth that it was initialised with, or score boxes of any origin.
 
@@ -145,15 +143,13 @@ def score(
         The sequence of the boxes; see `load_sequence`. That of a run is opened by default.
     metrics : str
         Definitions of the scores: one of `trackmark.metrics.names()`.
-    trace : {'online', 'revised'}
+    trajectory : {'online', 'revised'}
         Boxes of a run to score: as returned by each update, or with the tracker's corrections.
-    preset : str, optional
-        Former name of `metrics`, which will be removed.
 
     Returns
     -------
     dict of str to float
-        Scores of the preset. For online boxes of runs with masks, also
+        Scores of the metrics. For online boxes of runs with masks, also
         `bench.metrics.regions.segmentation_scores`.
 
     Raises
@@ -161,8 +157,8 @@ def score(
     TypeError
         For an object that is neither a run nor boxes, and for boxes without a sequence.
     ValueError
-        For a failed run, an unknown preset or trace, another sequence, or a run that the preset
-        cannot score.
+        For a failed run, unknown metrics or an unknown trajectory, another sequence, or a run that
+        the metrics cannot score.
 
     Examples
     --------
@@ -170,10 +166,6 @@ def score(
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
-    if preset is not None:
-        message = "score: the argument preset is now called metrics. Use metrics=..."
-        warnings.warn(message, FutureWarning, stacklevel=2)
-        metrics = preset
     if not isinstance(run_or_boxes, Run):
         if sequence is None:
             raise TypeError("the sequence of the boxes is missing. Give its name or a Sequence.")
@@ -186,11 +178,11 @@ def score(
             ) from None
         truth = _truth(sequence)
         _check_annotation(metrics, truth, getattr(truth, "name", "the sequence"))
-        return dict(metrics_preset(metrics).score(truth, RunEstimates(boxes)).scores)
+        return dict(find_metrics(metrics).score(truth, RunEstimates(boxes)).scores)
     run = run_or_boxes
     sequence = run.open_sequence() if sequence is None else sequence
-    scores = dict(score_run(run, sequence, metrics, trace).scores)
-    if run.segmentation is not None and trace == "online":
+    scores = dict(score_run(run, sequence, metrics, trajectory).scores)
+    if run.segmentation is not None and trajectory == "online":
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
     return scores
@@ -205,7 +197,7 @@ def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:
         return scores
-    revised = score(run, sequence, trace="revised")
+    revised = score(run, sequence, trajectory="revised")
     return scores | {REVISED + name: value for name, value in revised.items()}
 
 

@@ -1,27 +1,24 @@
 """Export of stored runs for other toolkits: one folder per tracker, in one result format."""
 
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from fnmatch import fnmatchcase
-from functools import partial
 from math import nan
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.run_record import Run, Trace
-from trackmark.bench.exchange import format_names, load_format
+from trackmark.bench.evaluation.run_record import Run, Trajectory
+from trackmark.bench.exchange import FORMATS, find_format
 from trackmark.bench.exchange.names import file_name
-from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
+from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, SegmentRows
+from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.data_frames import ordered_rows
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.data_frames import rows_in_order
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
-from trackmark.reports.files import write_file
 
 
 def export_results(
@@ -34,7 +31,7 @@ def export_results(
     sequence: str = "*",
     origin: int | None = None,
     force: bool = False,
-    trace: Trace = "online",
+    trajectory: Trajectory = "online",
     protocol: str = ONE_PASS,
 ) -> list[Path]:
     """Write the finished runs of an experiment in a result format, and return the files.
@@ -48,33 +45,36 @@ def export_results(
     exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
     or `OSError` if a file cannot be read or written.
     """
-    result_format, results = load_format(format_name), Results(experiment)
+    result_format, store = find_format(format_name), RunStore(experiment)
     rows = [
         row
-        for row in ordered_rows(results)
-        if row["protocol"] == parse_protocol(protocol).text
+        for row in rows_in_order(store)
+        if row["protocol"] == parse_protocol(protocol).key
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
     ]
     finished = [row for row in rows if row["status"] == "finished"]
-    repeats = result_format.has_repetitions and result_format.segment_writer(protocol) is None
+    repeats = result_format.has_repetitions and not result_format.can_write_segments(protocol)
     exported = [row for row in finished if repeats or not row["repetition"]]
     if not exported:
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
-    origins = _first_pixels(experiment, exported, origin)
+    first_pixels = set()
     for row in exported:
-        run = results.read(run_key(row))
-        origin = origins[row["sequence"], row["fingerprint"]]
+        run = store.read(run_key(row))
+        first_pixel = origin
+        if first_pixel is None:
+            first_pixel = read_truth(experiment, row["sequence"], row["fingerprint"]).first_pixel
+        first_pixels.add(first_pixel)
         folder = target / file_name(row["tracker"])
-        files = _run_texts(run, _run_rows(run, origin, trace), format_name, folder)
+        files = _run_texts(run, _run_rows(run, first_pixel, trajectory), format_name, folder)
         if both := texts.keys() & files.keys():
             raise ExchangeError(
                 f"{min(both)}: two runs would be written to this file. Export them to two folders."
             )
         texts |= files
     _write(texts, force=force)
-    numbers = " and ".join(map(str, sorted(set(origins.values()))))
+    numbers = " and ".join(map(str, sorted(first_pixels)))
     on_message(
         f"{format_name} contains {result_format.exports}; pixels are counted from {numbers}."
     )
@@ -90,25 +90,6 @@ def export_results(
     return list(texts)
 
 
-def _first_pixels(
-    experiment: Path, rows: Sequence[Mapping[str, Any]], origin: int | None
-) -> dict[tuple[str, str], int]:
-    """Return the first pixel's number by sequence and fingerprint: `origin`, or as in its data.
-
-    Raises `ExchangeError` if an older version stored the ground truth without this number.
-    """
-    origins = {}
-    for key in {(row["sequence"], row["fingerprint"]) for row in rows}:
-        number = read_truth(experiment, *key).first_pixel if origin is None else origin
-        if number is None:
-            raise ExchangeError(
-                f"{experiment}: an older version of trackmark stored the ground truth of {key[0]}, "
-                "without the number of the first pixel in its data set. Give it with --from."
-            )
-        origins[key] = number
-    return origins
-
-
 def _write(texts: Mapping[Path, str], *, force: bool) -> None:
     """Write texts by path; raise `ExchangeError` if a file exists, unless `force`."""
     existing = [path for path in texts if os.path.lexists(path)]
@@ -118,41 +99,44 @@ def _write(texts: Mapping[Path, str], *, force: bool) -> None:
             "another folder, or replace the files with --force."
         )
     for path, text in texts.items():
-        write_file(path, partial(Path.write_text, data=text, encoding="utf-8"))
+        write_file(path, text)
 
 
 def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Mapping[Path, str]:
     """Return the texts of a run; raise `ExchangeError` if the format cannot represent it."""
-    result_format, key = load_format(format_name), run.identity
+    result_format, key = find_format(format_name), run.identity
     if not run.segments:
         return result_format.write(folder, key.sequence, key.repetition, rows)
-    write_segments = result_format.segment_writer(key.protocol)
-    if write_segments is None:
-        protocols = [(name, load_format(name).segment_protocols) for name in format_names()]
-        expected = "; ".join(f"{name} ({texts})" for name, texts in protocols if texts)
+    if not result_format.can_write_segments(key.protocol):
+        expected = "; ".join(
+            f"{name} ({candidate.segment_protocols})"
+            for name, candidate in FORMATS.items()
+            if candidate.segment_protocols
+        )
         raise ExchangeError(
             f"{format_name}: the format cannot represent runs with the protocol {key.protocol!r}. "
             f"Expected: {expected}."
         )
-    return write_segments(folder, key.sequence, _split_segments(run, rows))
+    segments = _split_segments(run, rows)
+    return result_format.write_segments(folder, key.sequence, key.protocol, segments)
 
 
-def _run_rows(run: Run, origin: int, trace: Trace) -> ResultRows:
+def _run_rows(run: Run, origin: int, trajectory: Trajectory) -> ResultRows:
     """Return the estimates of a run with pixels counted from `origin`."""
     return ResultRows(
-        run.boxes_in(trace) + [origin, origin, 0, 0],
+        run.boxes_in(trajectory) + [origin, origin, 0, 0],
         run.confidence if np.isfinite(run.confidence).any() else None,
         run.states,
-        run.circumstances.get("ms_per_frame", nan) / 1e3,
+        run.metadata.get("ms_per_frame", nan) / 1e3,
     )
 
 
-def _split_segments(run: Run, rows: ResultRows) -> list[tuple[NDArray[Any], ResultRows]]:
+def _split_segments(run: Run, rows: ResultRows) -> SegmentRows:
     """Split the rows of a run by segments."""
     segments, end = [], 0
     for frames in run.segments:
-        part = slice(end, end + len(frames))
-        confidence = None if rows.confidence is None else rows.confidence[part]
-        segments.append((frames, replace(rows, boxes=rows.boxes[part], confidence=confidence)))
-        end = part.stop
+        start, end = end, end + len(frames)
+        confidence = None if rows.confidence is None else rows.confidence[start:end]
+        segment = replace(rows, boxes=rows.boxes[start:end], confidence=confidence)
+        segments.append((frames, segment))
     return segments

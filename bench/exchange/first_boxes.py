@@ -31,9 +31,9 @@ _MIN_INIT_OVERLAP = 0.8  # overlap from which a box is that of the initialisatio
 class FirstBox:
     """First box of a segment."""
 
-    place: str  # file and record, for messages
+    location: str  # file and record, for messages
     expected: NDArray[np.float64]  # box at initialisation, in pixels from 0
-    stored: NDArray[np.float64]  # in the pixel coordinates of the file; NaN if missing
+    from_file: NDArray[np.float64]  # in the pixel coordinates of the file; NaN if missing
 
 
 def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
@@ -45,9 +45,10 @@ def find_origin(boxes: Iterable[FirstBox], rounding: Rounding) -> int | None:
     return majority(
         origin
         for box in boxes
-        if np.isfinite(box.stored).all()
+        if np.isfinite(box.from_file).all()
         for origin in ORIGINS
-        if np.abs(rounding(_from_origin(origin, box.expected)) - box.stored).max() < _MAX_DIFFERENCE
+        if np.abs(rounding(_from_origin(origin, box.expected)) - box.from_file).max()
+        < _MAX_DIFFERENCE
     )
 
 
@@ -80,13 +81,13 @@ def check_first_boxes(
         expected[row] = box.expected
     if unit := find_other_unit(rows, size, expected):
         raise ExchangeError(
-            f"{first.place}: the boxes look like {unit.name}; the first box is "
-            f"{_text(first.stored)}, the ground truth {_text(first.expected)}. Expected: x, y, "
+            f"{first.location}: the boxes look like {unit.name}; the first box is "
+            f"{_text(first.from_file)}, the ground truth {_text(first.expected)}. Expected: x, y, "
             f"width, height in pixels. Convert all boxes: {unit.remedy}."
         )
     misfits = []
     for box in boxes.values():
-        if not np.isfinite(box.stored).all():
+        if not np.isfinite(box.from_file).all():
             continue
         fit = _fit(box, rounding)
         if fit < _MIN_OVERLAP:
@@ -96,7 +97,7 @@ def check_first_boxes(
     box, fit = misfits[0]
     more = f" {len(misfits)} first boxes of the file do not fit." if misfits[1:] else ""
     return (
-        f"{box.place}: the first box {_text(box.stored)} overlaps the ground truth "
+        f"{box.location}: the first box {_text(box.from_file)} overlaps the ground truth "
         f"{_text(box.expected)} by {fit:.2f} only. Expected: the box at initialisation.{more} "
         "Check that the file is for this sequence and target, and holds x, y, width, height in "
         "pixels."
@@ -110,12 +111,12 @@ def _from_origin(origin: int, box: NDArray[np.float64]) -> NDArray[np.float64]:
 def _fit(box: FirstBox, rounding: Rounding) -> float:
     """Return the overlap of a stored box with the expected box, with the better first pixel."""
     return max(
-        _overlap(rounding(_from_origin(origin, box.expected)), box.stored) for origin in ORIGINS
+        _overlap(rounding(_from_origin(origin, box.expected)), box.from_file) for origin in ORIGINS
     )
 
 
-def _overlap(expected: NDArray[np.float64], stored: NDArray[np.float64]) -> float:
-    return float(np.nan_to_num(overlap(expected, stored))[0])
+def _overlap(expected: NDArray[np.float64], from_file: NDArray[np.float64]) -> float:
+    return float(np.nan_to_num(overlap(expected, from_file))[0])
 
 
 def _text(box: NDArray[np.float64]) -> str:

@@ -1,4 +1,4 @@
-"""Import of other toolkits' results as runs, into a new folder or a copy of an experiment.
+"""Import of other toolkits' results as runs, in memory or into a results folder.
 
 Boxes are scored with the ground truth of the named sequences. The first boxes of all files of a
 tracker together show whether it counts pixels from 0 or from 1; they are then replaced by the
@@ -6,8 +6,7 @@ ground truth. Times are not imported, because times of different machines are no
 """
 
 import hashlib
-from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.exchange import detect_format, format_names, load_format, require_folder
+from trackmark.bench.exchange import FORMATS, detect_format, find_format, require_folder
 from trackmark.bench.exchange.first_boxes import (
     FirstBox,
     check_first_boxes,
@@ -35,15 +34,11 @@ from trackmark.bench.exchange.result_format import (
 )
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
-from trackmark.bench.protocols import STORED_ONE_PASS, parse_protocol
-from trackmark.bench.store.database import open_database
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_runs
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.protocols import ONE_PASS, parse_protocol
+from trackmark.bench.store.keys import RunKey, run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
+from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
-from trackmark.reports.temporary_paths import temporary_folder
 
 
 @dataclass(frozen=True)
@@ -61,41 +56,66 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
     if not (tracker and equals and path):
         raise ExchangeError(f"{text!r}: expected NAME=PATH, a tracker's name and its folder.")
     name, colon, folder = path.partition(":")
-    if colon and name in format_names():
+    if colon and name in FORMATS:
         require_folder(Path(folder))
         return ImportedTracker(tracker, name, Path(folder))
     return ImportedTracker(tracker, detect_format(Path(path)), Path(path))
 
 
 def open_sequences(
-    sources: Sequence[SequenceSource], folder: Path, on_message: Callable[[str], None]
-) -> list[ResultSequence]:
-    """Open sequences and write their ground truth into the folder of an experiment.
+    sources: Sequence[SequenceSource], on_message: Callable[[str], None]
+) -> list[tuple[ResultSequence, datasets.Sequence]]:
+    """Open the sequences of imported results.
 
-    `on_message`: called with sentences on frames and rows that are not scored. Raises
+    `on_message` is called with sentences on frames and rows that are not scored. Raises
     `SequenceError` for a sequence that cannot be opened or has no ground truth.
     """
-    opened, sequences = [], []
+    opened = []
     for source in sources:
         sequence = datasets.load(source.text, truth=source.truth)
         sequence.check_runnable()
-        sequences.append(sequence)
-        write_truth(folder, sequence)
         absolute = source.absolute()
-        opened.append(
-            ResultSequence(
-                sequence.name,
-                sequence.fingerprint,
-                sequence.boxes,
-                absolute.text,
-                str(absolute.truth or ""),
-                sequence.image_size,
-                sequence.origin.first_pixel,
-            )
+        result_sequence = ResultSequence(
+            sequence.name,
+            sequence.fingerprint,
+            sequence.boxes,
+            absolute.text,
+            str(absolute.truth or ""),
+            sequence.image_size,
+            sequence.origin.first_pixel,
         )
-    for remark in group_remarks(sequences):
+        opened.append((result_sequence, sequence))
+    for remark in group_remarks([sequence for _, sequence in opened]):
         on_message(remark)
     return opened
+
+
+def sequences_of(runs: Runs) -> list[ResultSequence]:
+    """Return the sequences of runs."""
+    sequences = []
+    for name, row in {row["sequence"]: row for row in runs.evaluated_rows()}.items():
+        truth = runs.truth(row)
+        source, further = (row["source"], row["truth"]), (truth.image_size, truth.first_pixel)
+        sequences.append(ResultSequence(name, row["fingerprint"], truth.boxes, *source, *further))
+    return sequences
+
+
+def read_runs(
+    trackers: Sequence[ImportedTracker],
+    sequences: Sequence[ResultSequence],
+    on_message: Callable[[str], None],
+) -> list[Run]:
+    """Read results of other toolkits as runs.
+
+    `on_message` is called with a sentence on each assumption and each file that is not imported.
+    Raises `ExchangeError` for a sequence without results, and for files that are malformed, too
+    short or too long.
+    """
+    return [
+        with_metadata(run)
+        for tracker in trackers
+        for run in _with_one_protocol(list(_read_tracker(tracker, sequences, on_message)))
+    ]
 
 
 def import_results(
@@ -106,65 +126,43 @@ def import_results(
 ) -> int:
     """Write results as runs into a folder that contains the ground truth; return their number.
 
-    `on_message`: called with a sentence on each assumption and each file that is not imported.
-    Raises `ExchangeError` for a sequence without results, and for files that are malformed, too
-    short or too long.
+    Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    results = Results(folder)
-    runs = [
-        run
-        for tracker in trackers
-        for run in _with_one_protocol(list(_read_runs(tracker, sequences, on_message)))
-    ]
+    store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    results.prepare(Manifest("", versions))
-    stored_cells = set(results.list_keys())
+    store.add_requests(RequestedRuns("", versions))
+    stored_keys = set(store.list_keys())
     for run in runs:
-        cell = run_key(run.identity)
-        stored = results.read(cell).identity if cell in stored_cells else None
-        if stored is not None and not stored.imported:
-            raise _name_collision(folder, stored.tracker)
-        results.write(run, stored.version if stored else "")
+        key = run_key(run.identity)
+        existing = store.read(key).identity if key in stored_keys else None
+        if existing is not None and not existing.imported:
+            raise name_collision(folder, existing.tracker)
+        store.add(run, existing.version if existing else "")
     return len(runs)
 
 
-def _name_collision(folder: Path, tracker: str) -> ExchangeError:
+def with_imported_runs(
+    runs: Runs, trackers: Sequence[ImportedTracker], on_message: Callable[[str], None]
+) -> Runs:
+    """Return stored runs together with imported results on their sequences.
+
+    Raises as `import_results`.
+    """
+    stored_trackers = {row["tracker"] for row in runs.rows if row["status"] != "missing"}
+    if both := stored_trackers & {tracker.tracker for tracker in trackers}:
+        raise name_collision(runs.folder, min(both))
+    imported = read_runs(trackers, sequences_of(runs), on_message)
+    truths = {
+        (row["sequence"], row["fingerprint"]): runs.truth(row) for row in runs.evaluated_rows()
+    }
+    return runs + Runs.in_memory(imported, truths)
+
+
+def name_collision(folder: Path | None, tracker: str) -> ExchangeError:
+    """Return the error for imported results under the name of a tracker that has runs."""
     return ExchangeError(
         f"{folder}: the experiment already has runs of {tracker}. Choose another NAME."
     )
-
-
-@contextmanager
-def copy_with_imports(
-    experiment: Path,
-    trackers: Sequence[ImportedTracker],
-    on_message: Callable[[str], None],
-    sequences: Collection[str] | None = None,
-) -> Iterator[Path]:
-    """Provide a temporary copy of an experiment's folder, extended by imported results.
-
-    `sequences`: sequences of the experiment for which results are imported; all by default.
-    Raises as `import_results`.
-    """
-    stored = list_runs(Results(experiment))
-    if both := {row["tracker"] for row in stored} & {tracker.tracker for tracker in trackers}:
-        raise _name_collision(experiment, min(both))
-    rows = {row["sequence"]: row for row in stored}.values()
-    with temporary_folder() as temporary:
-        folder = temporary / experiment.resolve().name
-        folder.mkdir()
-        with open_database(experiment) as database:
-            database.copy(folder)
-        selected = []
-        for row in rows:
-            if sequences is None or row["sequence"] in sequences:
-                key = row["sequence"], row["fingerprint"]
-                truth = read_truth(experiment, *key)
-                source = row["source"], row["truth"]
-                further = truth.image_size, truth.first_pixel
-                selected.append(ResultSequence(*key, truth.boxes, *source, *further))
-        import_results(trackers, selected, folder, on_message)
-        yield folder
 
 
 def _with_one_protocol(runs: list[Run]) -> list[Run]:
@@ -190,7 +188,7 @@ class _ResultFile:
     first_boxes: dict[int, FirstBox]  # of each segment, by row
 
 
-def _read_runs(
+def _read_tracker(
     tracker: ImportedTracker, sequences: Sequence[ResultSequence], on_message: Callable[[str], None]
 ) -> Iterator[Run]:
     """Yield the runs of a tracker on all of the sequences.
@@ -200,8 +198,8 @@ def _read_runs(
     """
     notes = _Notes(tracker.folder)
     files = list(_read_files(tracker, sequences, notes))
-    result_format = load_format(tracker.format)
-    by_data_set: dict[int | None, list[_ResultFile]] = {}
+    result_format = find_format(tracker.format)
+    by_data_set: dict[int, list[_ResultFile]] = {}
     for file in files:
         by_data_set.setdefault(file.sequence.first_pixel, []).append(file)
     origins = {
@@ -219,7 +217,7 @@ def _read_files(
     tracker: ImportedTracker, sequences: Sequence[ResultSequence], notes: "_Notes"
 ) -> Iterator[_ResultFile]:
     """Yield the content of all files of a tracker on the sequences."""
-    result_format = load_format(tracker.format)
+    result_format = find_format(tracker.format)
     files = result_format.files(tracker.folder)
     names = files_of_sequences([sequence.name for sequence in sequences], files)
     for sequence in sequences:
@@ -239,7 +237,9 @@ def _read_files(
         name = names[sequence.name]
         if name not in (sequence.name, file_name(sequence.name)):
             notes.add("spelling", f"{name} is read as the results on {sequence.name}.")
-        contents = [part.read_bytes() for file in files[name] for part in result_format.parts(file)]
+        contents = [
+            part.read_bytes() for file in files[name] for part in result_format.run_files(file)
+        ]
         digest = hashlib.sha256(b"\0".join(contents)).hexdigest()[:16]
         version = {"source": IMPORTED, "layout": tracker.format, "files": digest}
         for repetition, path in enumerate(files[name]):
@@ -288,7 +288,7 @@ def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
         np.full(len(boxes), np.nan) if rows.confidence is None else rows.confidence,
         states=rows.states,
         segments=tuple(file.segments) if rows.protocol else (),
-        circumstances={
+        metadata={
             "source": sequence.source,
             "truth": sequence.truth,
             "file": str(file.path.resolve()),
@@ -319,7 +319,7 @@ def _fit_rows(
         raise ExchangeError(f"{problem}: {reason}.")
     first = int(_present(sequence).argmax())
     start = FirstBox(str(file), sequence.boxes[first], rows.boxes[min(first, n - 1)])
-    if not shows_init_box(start, result_format.rounding):
+    if not shows_init_box(start, result_format.round_boxes):
         raise ExchangeError(
             f"{problem}, and {row} {first + 1} is not the box at initialisation: the other rows "
             "can belong to other frames. Expected: one row per frame. Supply all rows."
@@ -347,19 +347,19 @@ def _find_segments(
 ) -> list[NDArray[Any]]:
     """Return the frames of each segment of a file; a one-pass run has one segment."""
     m = len(sequence.boxes)
-    segments = [np.arange(m)]
-    if rows.headers and result_format.frames:
-        segments = result_format.frames(rows.headers, sequence)
+    if not rows.headers:
+        return [np.arange(m)]
+    segments = result_format.segments(rows.headers, sequence)
     present = _present(sequence)
     for header, frames in zip(rows.headers, segments, strict=False):
         if rows.protocol == "sre" and present[: frames[0]].any():
             raise ExchangeError(
-                f"{header.place}: {header.n_rows} rows. Expected: {m}, the frames of "
+                f"{header.location}: {header.n_rows} rows. Expected: {m}, the frames of "
                 f"{sequence.name}, as in every segment of SRE. Supply all rows."
             )
         if not present[frames].any():
             raise ExchangeError(
-                f"{header.place}: the ground truth of {sequence.name} has no target from frame "
+                f"{header.location}: the ground truth of {sequence.name} has no target from frame "
                 f"{frames[0]} on. Expected: a segment with a target. Remove this segment."
             )
     return segments
@@ -377,9 +377,9 @@ def _first_boxes(
         first = int(present[frames].argmax())
         expected = sequence.boxes[frames[first]]
         expected = perturbed[index].perturbed_box(expected) if is_perturbed else expected
-        place = rows.headers[index].place if rows.headers else str(file)
+        location = rows.headers[index].location if rows.headers else str(file)
         row = start + first
-        first_boxes[row] = FirstBox(place, expected, rows.boxes[row])
+        first_boxes[row] = FirstBox(location, expected, rows.boxes[row])
         start += len(frames)
     return first_boxes
 
@@ -387,23 +387,17 @@ def _first_boxes(
 def _find_origin(
     result_format: ResultFormat,
     files: Sequence[_ResultFile],
-    first_pixel: int | None,
+    first_pixel: int,
     notes: _Notes,
 ) -> int:
     """Return the number of the first pixel in the files of a tracker on one data set.
 
     This is the number that most files show. If there is no majority, it is that of the data set.
     """
-    votes = [find_origin(file.first_boxes.values(), result_format.rounding) for file in files]
+    votes = [find_origin(file.first_boxes.values(), result_format.round_boxes) for file in files]
     decided = majority(votes)
     origin = first_pixel if decided is None else decided
     folder, n = notes.folder, len(files)
-    if origin is None:
-        raise ExchangeError(
-            f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1, "
-            "and an older version of trackmark stored the ground truth without this number. Import "
-            "the results into another folder (--name)."
-        )
     if decided not in (None, first_pixel):
         notes.add(
             "origin",
@@ -419,7 +413,7 @@ def _find_origin(
             f"files). All files of the tracker are read from {origin}.",
         )
     has_boxes = any(
-        np.isfinite(box.stored).all() for file in files for box in file.first_boxes.values()
+        np.isfinite(box.from_file).all() for file in files for box in file.first_boxes.values()
     )
     if decided is None and not others and has_boxes:
         notes.add(
@@ -436,7 +430,7 @@ def _convert_boxes(
     """Return boxes with pixels counted from 0; each segment starts with its init box."""
     rows = file.rows
     message = check_first_boxes(
-        file.first_boxes, rows.boxes, result_format.rounding, file.sequence.image_size
+        file.first_boxes, rows.boxes, result_format.round_boxes, file.sequence.image_size
     )
     if message:
         notes.add("first box", message)
@@ -460,7 +454,7 @@ def _stored_protocol(
 ) -> str:
     """Return the protocol of a run; `tre` without options if the start frames differ from ours."""
     if rows.protocol != "tre":
-        return rows.protocol or STORED_ONE_PASS
+        return rows.protocol or ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
     for text in ("tre", f"tre:starts={len(segments)}"):

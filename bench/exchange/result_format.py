@@ -1,12 +1,14 @@
 """Interface of result formats: the paths and texts of a tracker's result files.
 
-Each module in `bench/exchange/formats` defines one `ResultFormat`. A format keeps the pixel and
-frame numbers of the files; `importing` and `exporting` convert them.
+`FORMATS` in `bench/exchange` lists the formats. A format keeps the pixel and frame numbers of the
+files; `importing` and `exporting` convert them.
 """
 
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass
+from glob import escape
 from math import nan
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -14,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store.keys import ResultsError
 from trackmark.datasets import SequenceError, number_files
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.number_files import form_problem
@@ -35,14 +37,14 @@ class ResultSequence:
     source: str
     truth: str = ""
     image_size: tuple[int, int] | None = None  # width and height [pixels]; None if unknown
-    first_pixel: int | None = 0  # see `datasets.Origin`; None if unknown
+    first_pixel: int = 0  # see `datasets.Origin`
 
 
 @dataclass(frozen=True)
 class Header:
     """Header of a segment in a file: the frames and the sequence of its rows."""
 
-    place: str  # file and record, for messages
+    location: str  # file and record, for messages
     n_rows: int
     start: int | None = None  # first frame in the numbering of the file; None if not stated
     end: int | None = None  # last frame; None if not stated
@@ -65,6 +67,9 @@ class ResultRows:
     protocol: str = ""  # protocol of a file with segments, such as `sre`; empty for one-pass
 
 
+SegmentRows: TypeAlias = Sequence[tuple[NDArray[Any], ResultRows]]
+"""Frames and estimates of each segment of a run."""
+
 BOX, POLYGON = 4, 8
 """Numbers in a row with a box, and with a polygon of four corners."""
 
@@ -72,41 +77,59 @@ Rounding: TypeAlias = Callable[[NDArray[np.float64]], NDArray[np.float64]]
 """Function that rounds boxes, shape (n, 4), to the precision of a file."""
 
 
-SegmentWriter: TypeAlias = Callable[
-    [Path, str, Sequence[tuple[NDArray[Any], ResultRows]]], Mapping[Path, str]
-]
-"""Function `(folder, sequence, segments) -> texts by path`; a segment is `(frames, rows)`."""
-
-
-def round_to(decimals: int) -> Rounding:
-    """Return a function that rounds boxes to a number of decimals."""
-    return lambda boxes: np.round(boxes, decimals)
-
-
-@dataclass(frozen=True)
-class ResultFormat:
-    """Functions that find, read and write the result files of a tracker."""
+class ResultFormat(ABC):
+    """Format of a tracker's result files, which keeps the pixel and frame numbers of the files."""
 
     expects: str  # content of a tracker's folder, for messages
     exports: str  # boxes, confidences and times that an export contains, for messages
-    files: Callable[[Path], Mapping[str, Sequence[Path]]]  # by sequence; one file per repetition
-    # Return whether a file has this format and no other one. None: the user must name the format.
-    fits: Callable[[Path], bool] | None
-    read: Callable[[Path], ResultRows]  # raises `ExchangeError` that names the line
-    # `(folder of the tracker, sequence, repetition, rows) -> texts by path`
-    write: Callable[[Path, str, int, ResultRows], Mapping[Path, str]]
-    rounding: Rounding = lambda boxes: boxes
+    row: str = "line"  # name of a row in messages
     has_repetitions: bool = False  # True if a folder can contain several repetitions
     # What the toolkits do if the last row is missing. If this is stated, they cut additional rows.
     missing_row: Literal["not scored", "a miss"] | None = None
-    row: str = "line"  # name of a row in messages
-    parts: Callable[[Path], Sequence[Path]] = lambda file: [file]  # all files of a run
-    # Return the frames of the rows of each header, from 0. Raise `ExchangeError` for a header that
-    # contradicts the sequence.
-    frames: Callable[[Sequence[Header], ResultSequence], list[NDArray[Any]]] | None = None
-    # Return the writer of runs by a protocol with segments, such as "tre"; None if there is none.
-    segment_writer: Callable[[str], SegmentWriter | None] = lambda _: None
-    segment_protocols: str = ""  # protocols for which there is a segment writer, for messages
+    segment_protocols: str = ""  # protocols with segments that the format can store, for messages
+
+    @abstractmethod
+    def files(self, folder: Path) -> Mapping[str, Sequence[Path]]:
+        """Return the files in a tracker's folder by sequence, one per repetition."""
+
+    @abstractmethod
+    def recognises(self, file: Path) -> bool:
+        """Return whether a file of `files` has this format and no other one."""
+
+    @abstractmethod
+    def read(self, file: Path) -> ResultRows:
+        """Read the run of a file; raise `ExchangeError`, which names the line, if it is damaged."""
+
+    @abstractmethod
+    def write(
+        self, folder: Path, sequence: str, repetition: int, rows: ResultRows
+    ) -> Mapping[Path, str]:
+        """Return the texts of a run by path in the folder of a tracker."""
+
+    @abstractmethod
+    def round_boxes(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Round boxes, shape (n, 4), to the precision of a file."""
+
+    def run_files(self, file: Path) -> Sequence[Path]:
+        """Return all files with estimates of the run to which a file of `files` belongs."""
+        return [file]
+
+    def segments(self, headers: Sequence[Header], sequence: ResultSequence) -> list[NDArray[Any]]:
+        """Return the frames of the rows of each header, counted from 0.
+
+        Raises `ExchangeError` for a header that contradicts the sequence.
+        """
+        raise NotImplementedError
+
+    def can_write_segments(self, protocol: str) -> bool:
+        """Return whether the format can store runs by a protocol with segments."""
+        return False
+
+    def write_segments(
+        self, folder: Path, sequence: str, protocol: str, segments: SegmentRows
+    ) -> Mapping[Path, str]:
+        """Return the texts of a run with segments; see `can_write_segments`."""
+        raise NotImplementedError
 
 
 def read_text_file(file: Path) -> str:
@@ -122,10 +145,10 @@ def first_line(file: Path) -> str:
     return read_text_file(file).partition("\n")[0].strip()
 
 
-def parse_numbers(line: str, place: str, counts: Collection[int] = ()) -> list[float]:
+def parse_numbers(line: str, location: str, counts: Collection[int] = ()) -> list[float]:
     """Parse numbers between commas, or between tabs and spaces; raise `ExchangeError` otherwise.
 
-    `place`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
+    `location`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
     """
     text = line.strip()
     try:
@@ -139,7 +162,7 @@ def parse_numbers(line: str, place: str, counts: Collection[int] = ()) -> list[f
         remedy = " with points as decimal separators" * bool(problem)
         problem = problem and f" {problem}"
         raise ExchangeError(
-            f"{place}: {quote(text)}{problem}. Expected: "
+            f"{location}: {quote(text)}{problem}. Expected: "
             f"{expected.get(min(counts, default=0), 'numbers')}{remedy}."
         )
     return numbers
@@ -174,11 +197,6 @@ def read_boxes(file: Path) -> ResultRows:
     return ResultRows(boxes, simplification=note)
 
 
-def has_boxes(line: str) -> bool:
-    """Return whether a line has as many numbers as `read_boxes` reads."""
-    return len(line.replace(",", " ").split()) in (BOX, POLYGON)
-
-
 def read_column(file: Path, n_rows: int) -> NDArray[np.float64] | None:
     """Read a text file with at most one number per line; return None if the file is missing."""
     if not file.is_file():
@@ -207,6 +225,16 @@ def files_by_sequence(folder: Path, suffix: str, *excluded: str) -> dict[str, li
         for path in sorted(folder.glob(f"*{suffix}"))
         if path.is_file() and not path.name.endswith(excluded)
     }
+
+
+def numbered_files(folder: Path, suffix: str = ".txt", n_digits: int = 3) -> dict[str, list[Path]]:
+    """Return the files `SEQ/SEQ_001.txt` of each sequence in a folder."""
+    files = {
+        path.name: sorted(path.glob(f"{escape(path.name)}_{'[0-9]' * n_digits}{suffix}"))
+        for path in sorted(folder.iterdir())
+        if path.is_dir()
+    }
+    return {name: paths for name, paths in files.items() if paths}
 
 
 def abbreviated_list(names: Sequence[str]) -> str:

@@ -7,10 +7,9 @@ from statistics import fmean
 
 import numpy as np
 
-from trackmark.bench.execution.scheduling import Units
+from trackmark.bench.execution.scheduling import Tasks
 from trackmark.bench.store.database import open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 
 _MEASURED = """
     SELECT tracker, avg(seconds / max(frames, 1)), avg(frame_seconds) FROM run
@@ -19,36 +18,36 @@ _MEASURED = """
 
 
 @dataclass(frozen=True)
-class Estimate:
+class TimeEstimate:
     """Estimated time of missing runs."""
 
     seconds: float  # wall time of the runs of measured trackers [s]
-    unmeasured: list[str]  # labels of the trackers without stored runs, which are not included
+    without_times: list[str]  # labels of the trackers without stored runs, which are not included
 
 
-def estimate(units: Units, output: Path) -> Estimate:
-    """Estimate the time of work units from finished runs of all experiments in a results folder."""
-    plan = units.plan
+def estimate_time(tasks: Tasks, results_root: Path) -> TimeEstimate:
+    """Estimate the time of tasks from finished runs of all experiments in a results folder."""
+    plan = tasks.plan
     # Frames that each tracker has to process.
     tracker_frames = np.zeros(len(plan.trackers), np.int64)
-    np.add.at(tracker_frames, plan.run_trackers, plan.frames @ units.wanted)
-    update_seconds, frame_seconds = _read_measured_times(output)
-    seconds, unmeasured = 0.0, []
+    np.add.at(tracker_frames, plan.run_trackers, plan.n_frames @ tasks.requested)
+    update_seconds, frame_seconds = _read_measured_times(results_root)
+    seconds, without_times = 0.0, []
     for spec, frames in zip(plan.trackers.values(), tracker_frames.tolist(), strict=True):
         if spec.label in update_seconds:
             seconds += frames * fmean(update_seconds[spec.label])
         elif frames:
-            unmeasured.append(spec.label)
+            without_times.append(spec.label)
     if frame_seconds and seconds:
-        seconds += sum(unit.frames for unit in units) * fmean(frame_seconds)
-    return Estimate(seconds / units.workers, unmeasured)
+        seconds += sum(task.n_frames for task in tasks) * fmean(frame_seconds)
+    return TimeEstimate(seconds / tasks.n_workers, without_times)
 
 
-def _read_measured_times(output: Path) -> tuple[dict[str, list[float]], list[float]]:
+def _read_measured_times(results_root: Path) -> tuple[dict[str, list[float]], list[float]]:
     """Return mean times of an update by tracker, and of reading a frame [s], in each experiment."""
     update_seconds: dict[str, list[float]] = {}
     frame_seconds: list[float] = []
-    for file in sorted(output.glob(f"*/{DATABASE}")):
+    for file in sorted(results_root.glob(f"*/{FILE_NAME}")):
         with suppress(ResultsError), open_database(file.parent) as database:  # skips damaged files
             for tracker, seconds, reading in database.select(_MEASURED):
                 update_seconds.setdefault(tracker, []).append(seconds)

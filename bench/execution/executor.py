@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.engine import Engine, engine
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
 from trackmark.bench.evaluation.run_record import Run, drawing_note
-from trackmark.bench.execution.plan import KnownSequences, Plan, State, make_plan
-from trackmark.bench.execution.scheduling import Units, missing_units
+from trackmark.bench.execution.backend import Executor, create_executor
+from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
+from trackmark.bench.execution.scheduling import Tasks, missing_tasks
+from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results, with_circumstances
-from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
+from trackmark.bench.store.run_store import RunStore, with_metadata
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
@@ -32,7 +32,7 @@ def run_experiment(
     jobs: int | None = None,
     *,
     retry_failed: bool = False,
-    engine: str = "local",
+    backend: str = "local",
     address: str | None = None,
     limits: Limits | None = None,
 ) -> Path:
@@ -48,8 +48,8 @@ def run_experiment(
         Number of worker processes; one per core by default.
     retry_failed : bool
         Whether failed runs are repeated.
-    engine : {'local', 'dask'}
-        Engine that executes the runs: this machine, or a Dask cluster.
+    backend : {'local', 'dask'}
+        What executes the runs: this machine, or a Dask cluster.
     address : str, optional
         Scheduler of a running Dask cluster.
     limits : Limits, optional
@@ -72,7 +72,7 @@ def run_experiment(
         Path(output),
         jobs,
         retry_failed=retry_failed,
-        engine=engine,
+        backend=backend,
         address=address,
         limits=limits or Limits(),
     )
@@ -86,18 +86,19 @@ def run_experiment(
 class Execution:
     """Execution of an experiment.
 
-    `folder` is the folder of the results. `plan` holds the states of the runs before the execution.
+    `folder` is the folder of the results. `plan` holds the statuses of the runs before the
+    execution.
     """
 
     experiment: Experiment  # this field and the next five are parameters of `run_experiment`
     output: Path
     jobs: int | None = None
     retry_failed: bool = False
-    engine: str = "local"
+    backend: str = "local"
     address: str | None = None
     limits: Limits = field(default_factory=Limits)
-    known_sequences: KnownSequences = field(default_factory=dict)  # sequences that are already open
-    on_opened: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
+    opened_sequences: OpenedSequences = field(default_factory=dict)  # by other plans
+    progress: Callable[[int, int], None] = lambda *_: None  # see `make_plan`
     # message on each sequence that could not be read, by its specification
     errors: dict[str, str] = field(default_factory=dict)
     tracker_errors: list[str] = field(default_factory=list)  # of workers, each once
@@ -105,78 +106,80 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
-        self._results = Results(self.folder)
+        self._results = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._results, self.known_sequences, self.on_opened, jobs
+            self.experiment, self._results, self.opened_sequences, self.progress, jobs
         )
         self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
 
     @cached_property
-    def performer(self) -> Engine:
-        """Engine for the runs, with a single worker if runs depend on the time of updates."""
+    def executor(self) -> Executor:
+        """Executor of the runs, with a single worker if runs depend on the time of updates."""
         jobs = 1 if self.experiment.time_dependent else self.jobs
-        return engine(self.engine, jobs=jobs, address=self.address)
+        return create_executor(self.backend, jobs=jobs, address=self.address)
 
     @cached_property
-    def units(self) -> Units:
-        """Work units of the missing runs."""
-        workers = self.performer.workers
-        return missing_units(self.plan, workers=workers, retry_failed=self.retry_failed)
+    def tasks(self) -> Tasks:
+        """Tasks of the missing runs."""
+        n_workers = self.executor.n_workers
+        return missing_tasks(self.plan, n_workers=n_workers, retry_failed=self.retry_failed)
 
-    def rows(self, progress: Callable[[int], None] | None = None) -> Iterator[dict[str, Any]]:
+    def rows(self, progress: Callable[[int], None] = lambda _: None) -> Iterator[dict[str, Any]]:
         """Execute the missing runs; yield the row of each stored run.
 
         If a run shows that its tracker is stochastic, its other repetitions follow; then `plan` and
-        `units` change. `progress` gets the work done so far, also that of former units.
+        `tasks` change. `progress` gets the work done so far, also that of former tasks.
 
         Raises `ResultsError` if results cannot be written.
         """
-        report, done = progress or (lambda _: None), 0
+        work = 0
         while True:
-            self._results.prepare(self.plan.manifest())
-            if not self.units.runs:
+            self._results.add_requests(self.plan.requested_runs())
+            if not self.tasks.n_runs:
                 return
-            drew = yield from self._execute(partial(_report_sum, report, done))
-            done += self.units.work
+            drew = yield from self._execute(partial(_report_sum, progress, work))
+            work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.seen_in(list_runs(self._results))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._results))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
-            wanted = np.array(new).reshape(self.plan.states.shape) & (
-                self.plan.states <= State.STALE
+            requested = np.array(new).reshape(self.plan.statuses.shape) & (
+                self.plan.statuses <= RunStatus.STALE
             )
-            self.units = replace(self.units, plan=self.plan, wanted=wanted)
+            self.tasks = Tasks(self.plan, requested, self.executor.n_workers)
 
-    def _execute(self, report: Callable[[int], None]) -> Generator[dict[str, Any], None, set[str]]:
-        """Execute the present units; yield the row of each stored run.
+    def _execute(
+        self, progress: Callable[[int], None]
+    ) -> Generator[dict[str, Any], None, set[str]]:
+        """Execute the present tasks; yield the row of each stored run.
 
         Returns the deterministic trackers that drew from global generators.
         """
         scored: list[dict[str, Any]] = []
         drew: set[str] = set()
         try:
-            for unit, result in self.performer.perform(self.units, self.limits, report):
+            for task, result in self.executor.run_tasks(self.tasks, self.limits, progress):
                 try:
-                    if isinstance(result, Exception):
+                    if isinstance(result, SequenceError):
                         raise result
-                    rows = self._store(unit, result)
+                    rows = self._store(task, result)
                 except UnusableTrackerError as error:
                     if str(error) not in self.tracker_errors:
                         self.tracker_errors.append(str(error))
                     continue
                 except SequenceError as error:
-                    if unit.source.text not in self.errors:
+                    if task.source.text not in self.errors:
                         self.on_error(str(error))
-                    self.errors.setdefault(unit.source.text, str(error))
+                    self.errors.setdefault(task.source.text, str(error))
                     continue
                 scored += rows
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            add_scores(self._results, scored)  # otherwise computed by the next reader
+            store_scores(self._results, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -201,39 +204,37 @@ class Execution:
         if self.errors:
             raise unusable
 
-    def _store(self, unit: Unit, runs: dict[Entry, Run]) -> list[dict[str, Any]]:
-        """Store and score the runs of a unit; return their rows."""
-        source, key = unit.source.absolute(), (unit.source, unit.fingerprint)
+    def _store(self, task: Task, runs: list[Run]) -> list[dict[str, Any]]:
+        """Store and score the runs of a task; return their rows."""
+        source = task.source.absolute()
+        key = task.source, task.runs[0].identity.fingerprint
         if key not in self._truths:
             sequence = datasets.load(source.text, truth=source.truth)
             row = pack_truth(sequence.fingerprint, stored_truth(sequence))
-            self._truths[unit.source, sequence.fingerprint] = row
+            self._truths[task.source, sequence.fingerprint] = row
         if key not in self._truths:
             raise SequenceError(
-                f"{unit.source.text}: the sequence changed during its runs, which were not stored. "
+                f"{task.source.text}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
         origin = {"source": source.text, "truth": str(source.truth or "")}
         complete = [
-            with_circumstances(replace(run, circumstances={**run.circumstances, **origin}))
-            for run in runs.values()
+            with_metadata(replace(run, metadata={**run.metadata, **origin})) for run in runs
         ]
-        replaced = [entry.replaces for entry in runs]
-        # The ground truth is written with every unit: another process can have removed it. A run
+        replaced = [run.replaces for run in task.runs]
+        # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._results.write_all(
-            zip(complete, replaced, strict=True), [self._truths[key]]
-        )
+        is_stored = self._results.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
         truth = unpack_truth(self._truths[key])
         rows = [
             run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in list_scored_runs(self._results) if run_key(row) in others]
+            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
         return rows
 
 
-def _report_sum(report: Callable[[int], None], before: int, done: int) -> None:
-    """Report the work done before the present units and in them."""
-    report(before + done)
+def _report_sum(progress: Callable[[int], None], before: int, work: int) -> None:
+    """Report the work done before the present tasks and in them."""
+    progress(before + work)

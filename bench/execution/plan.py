@@ -1,7 +1,6 @@
-"""Plan of an experiment: its runs and their states. `scheduling.py` groups them into work units."""
+"""Plan of an experiment: its runs and their statuses. `scheduling.py` groups them into tasks."""
 
-from collections.abc import Callable, Generator, Iterable, Mapping
-from contextlib import closing
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property, partial
@@ -15,14 +14,12 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, run_identity
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.store.layout import RunKey, run_key
-from trackmark.bench.store.maintenance import RecordedData, find_different_data, group_recorded_data
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import MAX_RUNS, Results
+from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
+from trackmark.bench.protocols import ONE_PASS, TIMING
+from trackmark.bench.store.keys import RunKey, run_key
+from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
 from trackmark.bench.store.run_rows import list_runs
+from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness
@@ -32,10 +29,10 @@ MIN_SEQUENCES_FOR_WORKERS = 12
 """Minimum number of sequences for which worker processes are started to open them."""
 
 
-class State(IntEnum):
-    """State of a requested run."""
+class RunStatus(IntEnum):
+    """Status of a requested run."""
 
-    LEFT = 0
+    MISSING = 0
     """No run is stored."""
 
     STALE = 1
@@ -47,7 +44,7 @@ class State(IntEnum):
     FAILED = 3
     """The run is stored, and its tracker failed."""
 
-    DONE = 4
+    FINISHED = 4
     """The run is stored and finished."""
 
 
@@ -58,18 +55,18 @@ class PlannedSequence:
     source: SequenceSource
     name: str  # this and the next as in `datasets.Sequence`
     fingerprint: str
-    frames: int  # number of frames of a run, in all segments
+    n_frames: int  # number of frames of a run, in all segments
     remarks: tuple[str, ...]  # see `datasets.Sequence`
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
 
 
-KnownSequences = dict[tuple[SequenceSource, str], PlannedSequence]
+OpenedSequences = dict[tuple[SequenceSource, str], PlannedSequence]
 """Sequences that were already opened, by source and protocol."""
 
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """All runs of an experiment and their states.
+    """All runs of an experiment and their statuses.
 
     On each sequence, the runs are the repetitions of the first tracker, then those of the second, …
     """
@@ -87,7 +84,7 @@ class Plan:
     @cached_property
     def protocol(self) -> str:
         """Name of the protocol under which runs are stored."""
-        return self.experiment.filed_under
+        return self.experiment.protocol_key
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
@@ -112,41 +109,42 @@ class Plan:
         }
 
     @cached_property
-    def states(self) -> NDArray[np.uint8]:
-        """States of the runs (`State`), shape (sequences, runs on a sequence)."""
-        states = [self.state(cell) for cell in self.requested]
-        return np.array(states, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
+    def statuses(self) -> NDArray[np.uint8]:
+        """Statuses of the runs (`RunStatus`), shape (sequences, runs on a sequence)."""
+        statuses = [self.status(cell) for cell in self.requested]
+        return np.array(statuses, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
 
-    def state(self, cell: RunKey) -> State:
-        """Return the state of a requested run."""
+    def status(self, cell: RunKey) -> RunStatus:
+        """Return the status of a requested run."""
         version, status = self.stored.get(cell, ("", ""))
         if not version:
-            return State.LEFT
+            return RunStatus.MISSING
         if version != self.requested[cell]:
-            return State.STALE
-        return _STATES.get(status, State.DONE)
+            return RunStatus.STALE
+        return _STORED_STATUSES.get(status, RunStatus.FINISHED)
 
     @property
-    def frames(self) -> NDArray[np.int64]:
+    def n_frames(self) -> NDArray[np.int64]:
         """Number of frames of a run, by sequence."""
-        return np.array([sequence.frames for sequence in self.sequences], np.int64)
+        return np.array([sequence.n_frames for sequence in self.sequences], np.int64)
 
-    def count(self, state: State) -> int:
-        """Return the number of runs in a state."""
-        return int((self.states == state).sum())
+    def count(self, status: RunStatus) -> int:
+        """Return the number of runs in a status."""
+        return int((self.statuses == status).sum())
 
     def counts(self) -> NDArray[np.int64]:
-        """Return the numbers of runs, shape (trackers, states)."""
-        counts = np.zeros((len(self.repetitions), len(State)), np.int64)
-        np.add.at(counts, (np.tile(self.run_trackers, len(self.sequences)), self.states.ravel()), 1)
+        """Return the numbers of runs, shape (trackers, statuses)."""
+        counts = np.zeros((len(self.repetitions), len(RunStatus)), np.int64)
+        trackers = np.tile(self.run_trackers, len(self.sequences))
+        np.add.at(counts, (trackers, self.statuses.ravel()), 1)
         return counts
 
-    def manifest(self) -> Manifest:
+    def requested_runs(self) -> RequestedRuns:
         """Return the requested runs, to be stored with the results."""
-        return Manifest(self.experiment.title or self.experiment.name, self.requested)
+        return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
 
-    def seen_in(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
-        """Return the plan with states determined from the stored runs (`rows` of `list_runs`).
+    def with_stored(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
+        """Return the plan with statuses determined from the stored runs (`rows` of `list_runs`).
 
         A tracker that drew from global generators in a stored run is stochastic from then on.
         Raises `ExperimentError` for too many runs.
@@ -167,7 +165,7 @@ class Plan:
         )
 
 
-_STATES = {"failed": State.FAILED, "disturbed": State.DISTURBED}
+_STORED_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
 
 
 def _stored_status(row: Mapping[str, Any]) -> str:
@@ -178,15 +176,15 @@ def _stored_status(row: Mapping[str, Any]) -> str:
 
 def make_plan(
     experiment: Experiment,
-    results: Results,
-    known_sequences: KnownSequences | None = None,
-    on_opened: Callable[[int, int], None] = lambda *_: None,
+    results: RunStore,
+    opened_sequences: OpenedSequences | None = None,
+    progress: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
 ) -> Plan:
-    """Resolve trackers and sequences, and read the states of the runs.
+    """Resolve trackers and sequences, and read the statuses of the runs.
 
-    `known_sequences` contains sequences that were opened for another plan; the sequences of this
-    plan are added. `on_opened` is called with the numbers of opened and of all sequences. `jobs` is
+    `opened_sequences` contains sequences that were opened for another plan; the sequences of this
+    plan are added. `progress` is called with the numbers of opened and of all sequences. `jobs` is
     the number of processes that open sequences, if there are many.
 
     Raises `TrackerError`, `SequenceError`, `ExperimentError` or `ResultsError` for every error that
@@ -195,14 +193,14 @@ def make_plan(
     trackers = _distinct_trackers(experiment)
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
-    protocol = experiment.filed_under
-    known_sequences = {} if known_sequences is None else known_sequences
+    protocol = experiment.protocol_key
+    opened_sequences = {} if opened_sequences is None else opened_sequences
     # Timing runs have the frames of one-pass runs.
-    frame_protocol = STORED_ONE_PASS if experiment.timing else protocol
+    frame_protocol = ONE_PASS if experiment.timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
-    unopened = [key for key in keys if key not in known_sequences]
-    _open_all(unopened, known_sequences, on_opened, jobs)
-    for sequence in _distinct_sequences([known_sequences[key] for key in keys]):
+    unopened = [key for key in keys if key not in opened_sequences]
+    _open_all(unopened, opened_sequences, progress, jobs)
+    for sequence in _distinct_sequences([opened_sequences[key] for key in keys]):
         for spec in trackers.values():
             if spec.init not in sequence.starts:  # raises the error that explains why
                 select_ground_truth(_open(sequence.source), spec.init, sequence.name)
@@ -212,7 +210,7 @@ def make_plan(
         )
     rows = list_runs(results)
     counts = _repetitions(experiment, trackers, len(sequences))
-    plan = Plan(experiment, trackers, counts, sequences, versions, {}).seen_in(rows)
+    plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
     _check_names(plan, rows, results.folder)
     return plan
 
@@ -234,7 +232,7 @@ def _repetitions(
     if number > MAX_RUNS:
         raise ExperimentError(
             f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
-            "Request fewer seeds, or split the sequences between several experiments."
+            "Request fewer repetitions, or divide the sequences among several experiments."
         )
     return np.array(repetitions, np.int64)
 
@@ -242,7 +240,7 @@ def _repetitions(
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
-    for text, spec in resolve_trackers(experiment.trackers).items():
+    for text, spec in resolve_specs(experiment.trackers).items():
         other_text, other = by_label.setdefault(spec.label, (text, spec))
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
@@ -254,34 +252,36 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
 
 def _open_all(
     keys: list[tuple[SequenceSource, str]],
-    known_sequences: KnownSequences,
-    on_opened: Callable[[int, int], None],
+    opened_sequences: OpenedSequences,
+    progress: Callable[[int, int], None],
     jobs: int,
 ) -> None:
-    """Open sequences and add them to `known_sequences`.
+    """Open sequences and add them to `opened_sequences`.
 
     Raises one `SequenceError` that names all sequences that cannot be used.
     """
-    by_workers = jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS
-    results = _opened_by_workers(keys, jobs) if by_workers else (_try_open(key) for key in keys)
+    results: Iterable[PlannedSequence | str] = map(_try_open, keys)
+    if jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS:
+        from trackmark.bench.execution.pool import map_in_workers
+
+        results = map_in_workers(_try_open, keys, jobs)
     errors: dict[str, str] = {}
-    with closing(results) as opened:
-        for number, (key, result) in enumerate(zip(keys, opened, strict=True)):
-            on_opened(number, len(keys))
-            if isinstance(result, SequenceError):
-                errors[key[0].text] = str(result)
-            else:
-                known_sequences[key] = result
+    for number, (key, result) in enumerate(zip(keys, results, strict=True)):
+        progress(number, len(keys))
+        if isinstance(result, str):
+            errors[key[0].text] = result
+        else:
+            opened_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
 
 
-def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | SequenceError:
-    """Return the sequence, or the error if it cannot be used."""
+def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | str:
+    """Return the sequence, or the message of the error if it cannot be used."""
     try:
         return _open_planned(*key)
     except SequenceError as error:
-        return error
+        return str(error)
 
 
 def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSequence]:
@@ -297,34 +297,19 @@ def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSeq
     return list(by_name.values())
 
 
-def _opened_by_workers(
-    keys: list[tuple[SequenceSource, str]], jobs: int
-) -> Generator[PlannedSequence | SequenceError]:
-    """Yield the results of `_try_open`, which worker processes compute."""
-    from loky import ProcessPoolExecutor
-
-    executor = ProcessPoolExecutor(max_workers=jobs)
-    try:
-        # If one call raises, `map` cancels the others; loky's thread then prints a traceback.
-        for future in [executor.submit(_try_open, key) for key in keys]:
-            yield future.result()
-    finally:
-        executor.shutdown(wait=True, kill_workers=True)
-
-
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Raise `ExperimentError` if stored runs used another sequence of the same name."""
-    stored = group_recorded_data(rows)
+    stored = origins_by_name(rows)
     for sequence in plan.sequences:
         if sequence.name not in stored:
             continue
         origin = sequence.source.absolute()
-        data = RecordedData(sequence.fingerprint, origin.text, str(origin.truth or ""))
-        if other := find_different_data(data, stored[sequence.name]):
+        data = SequenceOrigin(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        if other := find_other_origin(data, stored[sequence.name]):
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
                 f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "
-                "or --output."
+                "or --results-root."
             )
 
 
@@ -334,7 +319,7 @@ def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
         source=source,
         name=sequence.name,
         fingerprint=sequence.fingerprint,
-        frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
+        n_frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
         remarks=tuple(sequence.remarks),
         starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
     )

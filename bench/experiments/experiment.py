@@ -3,7 +3,7 @@
 ```toml
 version = 1
 title = "Window rules on an easy target"
-protocol = "one-pass"                    # or, for example, "supervised:skip=10"
+protocol = "one-pass"                    # or, for example, "supervised:skip_frames=10"
 repetitions = 5                          # of stochastic trackers
 trackers = [
     "static",
@@ -33,7 +33,7 @@ from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import format_text, name_hint
 
 if TYPE_CHECKING:
-    from trackmark.bench.protocols import Protocol
+    from trackmark.bench.protocols import EvaluationProtocol
 
 FOLDER = Path(__file__).parent
 PAPERS = FOLDER.parent / "papers"
@@ -112,11 +112,11 @@ class Experiment:
     arrays: bool = False
 
     @property
-    def filed_under(self) -> str:
+    def protocol_key(self) -> str:
         """Canonical text of the protocol under which runs are stored; `timing` for timing runs."""
         from trackmark.bench.protocols import TIMING
 
-        return TIMING if self.timing else self._protocol.text
+        return TIMING if self.timing else self._protocol.key
 
     @property
     def time_dependent(self) -> bool:
@@ -124,7 +124,7 @@ class Experiment:
         return self.timing or self._protocol.time_dependent
 
     @property
-    def _protocol(self) -> "Protocol":
+    def _protocol(self) -> "EvaluationProtocol":
         from trackmark.bench.protocols import parse_protocol  # a slow import, of NumPy
 
         return parse_protocol(self.protocol)

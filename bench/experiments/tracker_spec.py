@@ -14,8 +14,14 @@ import numpy as np
 
 from trackmark import trackers
 from trackmark.bench.external.definition import is_external, open_external, split_table
-from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.external.isolated import (
+    FRAME_SECONDS,
+    IsolatedFactory,
+    describe_isolated,
+    open_isolated,
+)
+from trackmark.bench.external.plugin import ExternalPlugin, close_idle_processes
+from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
@@ -23,7 +29,9 @@ from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
     DEFAULT_PRESET,
     Specification,
+    describe_plugin,
     in_file,
+    is_outside,
 )
 
 TrackerFactory: TypeAlias = Callable[[np.random.SeedSequence], Tracker]
@@ -36,7 +44,7 @@ BOXES = "boxes"
 """Name of the ground-truth boxes, which initialise runs by default."""
 
 IMPORTED = "results of others"
-"""Value of `source` in the `tracker_version` of imported runs."""
+"""Value of `source` in the `tracker_code` of imported runs."""
 
 
 @dataclass(frozen=True)
@@ -46,22 +54,20 @@ class Identity:
     tracker: str  # canonical specification: name, preset unless default, changed parameters
     tracker_name: str  # name without parameters; the seed depends on it
     preset: str  # name of the preset, also if it is the default
-    # All parameters. Trackers whose stored results are older than their parameters
-    # (`OpenCVParameters`) omit default values, so that older runs keep their identity.
-    parameters: Mapping[str, Any]
+    parameters: Mapping[str, Any]  # all parameters, also those with default values
     # `source` (sealed version, or digest of the syntax trees of the tracker's file and of the
     # shared modules it imports) and `libraries` (version by distribution).
-    tracker_version: Mapping[str, Any]
+    tracker_code: Mapping[str, Any]
     sequence: str
     fingerprint: str
     repetition: int
-    protocol: str  # `bench.protocols.Protocol.text`, or `timing`
+    protocol: str  # `bench.protocols.EvaluationProtocol.key`, or `timing`
     init: str = "boxes"  # ground truth of initialisation and scores: `boxes` or a region's name
 
     @property
     def imported(self) -> bool:
         """True if the run was imported from a result file of another toolkit."""
-        return bool(self.tracker_version.get("source") == IMPORTED)
+        return bool(self.tracker_code.get("source") == IMPORTED)
 
     @cached_property
     def digest(self) -> str:
@@ -79,13 +85,13 @@ class Identity:
         return {name: getattr(self, name) for name in names if name not in excluded}
 
     @cached_property
-    def tracker_digest(self) -> str:
+    def tracker_version(self) -> str:
         """Digest of the tracker's source and libraries.
 
         The files of imported results do not count: each sequence has its own.
         """
-        version = {key: value for key, value in self.tracker_version.items() if key != "files"}
-        return _digest(version if self.imported else self.tracker_version)
+        version = {key: value for key, value in self.tracker_code.items() if key != "files"}
+        return _digest(version if self.imported else self.tracker_code)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
@@ -116,10 +122,30 @@ class TrackerSpec:
         """True for a tracker of the package: it keeps the state of the process."""
         return self.file is not None and self.file.parent == PACKAGE
 
+    @property
+    def is_isolated(self) -> bool:
+        """True if the tracker runs in a process of its own."""
+        return self.call_seconds > 0
+
+    def isolated(self, frame_seconds: float) -> "TrackerSpec":
+        """Return the tracker in a process of its own, with a time limit of each call [s].
+
+        Trackers in other environments have such a process already, with limits of their own.
+        """
+        make = self.make
+        if self.is_isolated and not isinstance(make, IsolatedFactory):
+            return self
+        if not isinstance(make, IsolatedFactory):
+            name, options = split_text(self.label)
+            options.pop("init", None)
+            make = IsolatedFactory(name, options)
+        return self.changed(make=make.limited(frame_seconds), call_seconds=frame_seconds)
+
     def changed(self, **fields: Any) -> "TrackerSpec":
         """Return the tracker with other fields and the same version."""
         other = replace(self, **fields)
-        vars(other)["version"] = self.version  # value of the `cached_property`
+        if "version" in vars(self):  # value of the `cached_property`
+            vars(other)["version"] = self.version
         return other
 
     @cached_property
@@ -129,12 +155,12 @@ class TrackerSpec:
 
     @property
     def digest(self) -> str:
-        """Digest of the version, as `Identity.tracker_digest`."""
+        """Digest of the version, as `Identity.tracker_version`."""
         return _digest(self.version)
 
 
 def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[str, Any]:
-    """Compute the version of a tracker from its source file; see `Identity.tracker_version`."""
+    """Compute the version of a tracker from its source file; see `Identity.tracker_code`."""
     if file is None:
         return {"source": "unknown", "libraries": {}}
     source, libraries = source_digest(file, PACKAGE)
@@ -147,7 +173,7 @@ def tracker_version(name: str, file: Path | None, class_name: str = "") -> dict[
 
 
 def built_in_digest(name: str) -> str | None:
-    """Return a tracker's current `Identity.tracker_digest`; None if it is outside the package.
+    """Return a tracker's current `Identity.tracker_version`; None if it is outside the package.
 
     The tracker is not imported.
     """
@@ -231,7 +257,7 @@ def run_identity(
     chosen: TrackerSpec,
     sequence: SequenceIdentity,
     repetition: int,
-    protocol: str = STORED_ONE_PASS,
+    protocol: str = ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
@@ -239,7 +265,7 @@ def run_identity(
         tracker_name=chosen.name,
         preset=chosen.preset,
         parameters=chosen.parameters,
-        tracker_version=chosen.version,
+        tracker_code=chosen.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
         repetition=repetition,
@@ -250,7 +276,7 @@ def run_identity(
 
 def planned_values(identity: Identity) -> dict[str, Any]:
     """Return the values of a run's identity that a worker process must find again."""
-    names = ("tracker", "parameters", "tracker_version")
+    names = ("tracker", "parameters", "tracker_code")
     values = {name: getattr(identity, name) for name in names}
     return json.loads(json.dumps(values))  # type: ignore[no-any-return]  # as after a transfer
 
@@ -262,30 +288,85 @@ def _from_text(text: str) -> TrackerSpec:
     if is_external(name, options):
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
-        limits = plugin.definition.start_timeout, plugin.definition.frame_timeout
+        limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
         spec = _from_specification(specification, init, call_seconds=max(limits))
         vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
+    if is_outside(name):
+        factory, fields = open_isolated(name, options)
+        # A file that defines one tracker can omit the class from the name.
+        class_name = fields.pop("class_name")
+        named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
+        return _make_spec(
+            **fields, init=init, make=factory, class_name="" if named else class_name
+        ).isolated(FRAME_SECONDS)
     specification = trackers.resolve(name, **options)
-    class_name = specification.plugin.__name__
-    named = in_file(name) is None or specification.name.endswith(f".py:{class_name}")
-    return _from_specification(specification, init, class_name="" if named else class_name)
+    spec = _from_specification(specification, init)
+    uses_process = specification.randomness is Randomness.PROCESS
+    return spec.isolated(FRAME_SECONDS) if uses_process else spec
 
 
 def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
-    parameters = specification.parameters
+    return _make_spec(
+        specification.name,
+        specification.options,
+        specification.parameters.model_dump(),
+        specification.randomness,
+        specification.file,
+        init,
+        make=specification.create,
+        **fields,
+    )
+
+
+def _make_spec(
+    name: str,
+    options: Mapping[str, Any],
+    parameters: Mapping[str, Any],
+    randomness: str,
+    file: str | Path,
+    init: str,
+    **fields: Any,
+) -> TrackerSpec:
+    """Return a tracker; `options` are the part of its label that differs from the defaults."""
     init_option = {} if init == BOXES else {"init": init}
     return TrackerSpec(
-        label=format_text(specification.name, {**specification.options, **init_option}),
-        name=specification.name,
-        preset=specification.options.get("preset", DEFAULT_PRESET),
-        parameters=parameters.model_dump(exclude_defaults=getattr(parameters, "implied", False)),
-        randomness=specification.randomness,
-        make=specification.create,
-        file=specification.file,
+        label=format_text(name, {**options, **init_option}),
+        name=name,
+        preset=options.get("preset", DEFAULT_PRESET),
+        parameters=parameters,
+        randomness=Randomness(randomness),
+        file=Path(file),
         init=init,
         **fields,
     )
+
+
+def resolve_specs(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+    """Return trackers as `parse_trackers`, for use in other processes than this one.
+
+    Files of trackers are imported in processes of their own, which end before this returns.
+    """
+    try:
+        return parse_trackers(texts)
+    finally:
+        close_idle_processes()
+
+
+def describe_tracker(text: str) -> dict[str, Any]:
+    """Describe a tracker as `trackers.describe` does, also one from outside the package.
+
+    `text` is a name; only a tracker in another environment needs its options.
+    """
+    name, options = split_text(text)
+    try:
+        if is_external(name, options):
+            external = open_external(name, options)
+            values = external.parameters.model_dump()
+            return describe_plugin(external.plugin, external.file, external.name, values)
+        return describe_isolated(name) if is_outside(name) else trackers.describe(name)
+    finally:
+        close_idle_processes()
 
 
 def split_text(text: str) -> tuple[str, dict[str, str]]:

@@ -15,8 +15,8 @@ from typing import Any
 
 from trackmark.bench.external import python, trax
 from trackmark.bench.external.plugin import ExternalPlugin
-from trackmark.bench.external.python import PythonDefinition
-from trackmark.bench.external.trax import TraxDefinition
+from trackmark.bench.external.python import PythonOptions
+from trackmark.bench.external.trax import TraxOptions
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.catalogue import (
     Specification,
@@ -28,7 +28,7 @@ from trackmark.trackers.base.catalogue import (
 from trackmark.trackers.base.parameters import unknown_name_error
 
 _TABLE = re.compile(r"(?P<file>.*?\.(?:toml|ini)):(?P<name>[^:=]+)(?P<rest>(:.*)?)", re.DOTALL)
-_LIMITS = ("start_timeout", "frame_timeout")
+_LIMITS = ("start_limit", "frame_limit")
 _MODULE = re.compile(r"[a-zA-Z_][\w.]*")
 _TRAX_OPTIONS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
 
@@ -50,7 +50,7 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
 
     Its plugin derives from `ExternalPlugin`.
 
-    Raises `TrackerError` for an invalid definition. Raises `ExternalTrackerError` if the process
+    Raises `TrackerError` for invalid options. Raises `ExternalTrackerError` if the process
     fails.
     """
     plugin: type[ExternalPlugin]
@@ -83,11 +83,11 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
     keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
     if "trax" in table:
-        plugin, file = trax.open_plugin(TraxDefinition.checked(name, table), name, folder)
+        plugin, file = trax.open_plugin(TraxOptions.checked(name, table), name, folder)
     else:
-        plugin, file = python.open_plugin(PythonDefinition.checked(name, table), name, folder)
+        plugin, file = python.open_plugin(PythonOptions.checked(name, table), name, folder)
     label = tracker_name(plugin, file, requested_name)
-    parameters = {**plugin.definition.parameters, **options}
+    parameters = {**plugin.external_options.parameters, **options}
     return resolve_plugin(plugin, file, label, parameters, ("as", *keys))
 
 
@@ -126,7 +126,7 @@ def _read_table(file: Path, name: str) -> dict[str, Any]:
 
 
 def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> dict[str, Any]:
-    """Return a section of `trackers.ini` of vot-toolkit as a table of `Definition`.
+    """Return a section of `trackers.ini` of vot-toolkit as a table of `ExternalOptions`.
 
     Paths refer to `folder`; `owner` is the tracker in messages.
     """
@@ -150,7 +150,7 @@ def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> 
         environment["LD_LIBRARY_PATH"] = os.pathsep.join(filter(None, [earlier, linked]))
     table = {"trax": command, "environment": environment, "version": section.get("version", "")}
     if "timeout" in section:
-        table["frame_timeout"] = section["timeout"]
+        table["frame_limit"] = section["timeout"]
     if "images" in section:
         table["images"] = section["images"]
     return {**table, "parameters": _with_prefix(section, "arg_")}

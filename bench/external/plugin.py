@@ -1,8 +1,7 @@
-"""Plugins whose tracker runs in another process, and the processes that wait for a tracker."""
+"""Trackers that run in another process, and the processes that wait for a tracker."""
 
 import os
 from abc import abstractmethod
-from collections import defaultdict
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
@@ -14,45 +13,37 @@ from trackmark import trackers
 from trackmark.bench.external.process import ExternalTrackerError, LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
+from trackmark.trackers.base.call_clock import SelfTimed
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 from trackmark.trackers.base.parameters import Parameters
 from trackmark.trackers.base.plain import AdaptedTracker
 
 
-class Definition(Parameters):
-    """Keys of each tracker in a process of its own; docs/external.md describes them."""
-
-    parameters: Mapping[str, bool | int | float | str] = {}
-    environment: Mapping[str, str] = {}
-    start_timeout: float = Field(300.0, gt=0)
-    frame_timeout: float = Field(60.0, gt=0)
-    version: str = ""
-
-
-class ExternalPlugin(AdaptedTracker):
-    """Base class of plugins that pass frames to a tracker in another process.
+class RemoteTracker(SelfTimed):
+    """Base class of trackers that pass frames to another process.
 
     Attributes
     ----------
-    definition : Definition
-        Definition with absolute paths.
-    digest : str
-        Digest of the tracker's files; a process that has read other content is not used.
-    version : dict
-        Value of `Identity.tracker_version`.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
     drawn : list of str
         Names of the global random generators from which the tracker has drawn, if it is known.
-    process : LineProcess
-        The tracker's process, until `close` is called.
+    keeps_arrays : bool
+        True if the arrays of estimates are stored; otherwise they need not be transferred.
     """
 
-    definition: ClassVar[Definition]
-    digest: ClassVar[str]
-    version: ClassVar[dict[str, Any]]
     clock: ClassVar[str] = ""
     drawn: Sequence[str] = ()
-    process: LineProcess
+    keeps_arrays = False
+
+    @abstractmethod
+    def reject(self, error: MalformedEstimateError) -> Exception:
+        """Return the failure for an estimate that the harness rejects."""
+
+    @property
+    @abstractmethod
+    def printed(self) -> str:
+        """End of what the tracker has printed."""
 
     @abstractmethod
     def close(self) -> None:
@@ -62,29 +53,84 @@ class ExternalPlugin(AdaptedTracker):
         """
 
 
+class ExternalOptions(Parameters):
+    """Keys of each tracker in another environment; docs/external.md describes them."""
+
+    parameters: Mapping[str, bool | int | float | str] = {}
+    environment: Mapping[str, str] = {}
+    start_limit: float = Field(300.0, gt=0)
+    frame_limit: float = Field(60.0, gt=0)
+    version: str = ""
+
+
+class ExternalPlugin(AdaptedTracker, RemoteTracker):
+    """Base class of plugins whose tracker needs nothing of trackmark.
+
+    Attributes
+    ----------
+    external_options : ExternalOptions
+        Options with absolute paths.
+    digest : str
+        Digest of the tracker's files; a process that has read other content is not used.
+    version : dict
+        Value of `Identity.tracker_code`.
+    process : LineProcess
+        The tracker's process, until `close` is called.
+    """
+
+    external_options: ClassVar[ExternalOptions]
+    digest: ClassVar[str]
+    version: ClassVar[dict[str, Any]]
+    process: LineProcess
+
+    @property
+    def printed(self) -> str:
+        """See `RemoteTracker.printed`."""
+        return self.process.printed()
+
+    def reject(self, error: MalformedEstimateError) -> Exception:
+        """See `RemoteTracker.reject`."""
+        return self.process.fail(f"returned an invalid estimate: {error}")
+
+
 _Process = TypeVar("_Process", bound=LineProcess)
 
-_idle: defaultdict[tuple[object, ...], list[Any]] = defaultdict(list)
-"""Processes without a tracker."""
+MAX_IDLE_PROCESSES = 8
+"""Maximum number of processes that wait for a tracker, because each can hold a model in memory."""
+
+_idle: list[tuple[tuple[object, ...], Any]] = []
+"""Keys and processes without a tracker; the last one was used last."""
 
 
-def take_process(start: Callable[[Any], _Process], *key: Any) -> _Process:
-    """Return an idle process of a tracker, or start one; `key` is its definition and digest."""
-    processes = _idle[os.getpid(), *map(repr, key)]
-    return processes.pop() if processes else start(key[0])
+def take_process(start: Callable[[], _Process], *key: object) -> _Process:
+    """Return an idle process of a tracker, or start one; `key` are its options and digest."""
+    for place, (other, process) in enumerate(_idle):
+        if other == (os.getpid(), *map(repr, key)):
+            del _idle[place]
+            process.forget_output()
+            return process  # type: ignore[no-any-return]  # kept under its key
+    return start()
 
 
 def keep_process(process: LineProcess, *key: object) -> None:
     """Keep a process for the next tracker of its key, because a start can take seconds."""
-    _idle[os.getpid(), *map(repr, key)].append(process)
+    if process.is_usable:
+        _idle.append(((os.getpid(), *map(repr, key)), process))
+    else:
+        process.close()
+    if len(_idle) > MAX_IDLE_PROCESSES:
+        _close_oldest()
 
 
 def close_idle_processes() -> None:
     """End the processes that wait for a tracker."""
-    for processes in _idle.values():
-        while processes:
-            with suppress(ExternalTrackerError):  # no run needs its answers any more
-                processes.pop().close()
+    while _idle:
+        _close_oldest()
+
+
+def _close_oldest() -> None:
+    with suppress(ExternalTrackerError):  # no run needs its answers any more
+        _idle.pop(0)[1].close()
 
 
 def digest_file(file: Path) -> str:

@@ -1,24 +1,30 @@
-"""Child process of an external tracker that exchanges lines with the harness."""
+"""Child process that exchanges lines with the harness, on all platforms in the same way.
 
-import fcntl
+Threads read the output of the process, because a pipe cannot be read with a time limit on Windows.
+"""
+
 import os
 import re
-import select
 import shlex
 import signal
 import subprocess
 import tempfile
+import threading
+import time
+import traceback
 import weakref
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from time import clock_gettime, monotonic, sleep
+from queue import Empty, SimpleQueue
+from time import monotonic, sleep
 from typing import IO, NamedTuple
 
-from trackmark.bench.machine_errors import machine_fault, temporary_file
+from trackmark.bench.machine_errors import machine_fault
 from trackmark.bench.process_tree import ProcessTree
-from trackmark.reports.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
 TAIL_CHARACTERS = 2_000
 """Number of characters of a process's output that an error repeats."""
@@ -27,13 +33,19 @@ FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettem
 """Folder of the files with frames: in memory if possible."""
 
 FRAME_PREFIX = "trackmark-frames-"
-"""Start of the names of these files, if they have names."""
+"""Start of the names of these files."""
 
-_MAX_OUTPUT = 1 << 26  # bytes
+END = b""
+"""Line that stands for the end of the output."""
+
+_MAX_LINE = 1 << 26  # bytes
 _MAX_TAIL = 4 * TAIL_CHARACTERS  # bytes; a character has at most 4
+_WAIT_SECONDS = 0.5  # between checks whether the process still runs
 _STACK_SECONDS = 1.0  # in which a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
+_DRAIN_SECONDS = 1.0  # in which the last output of an ended process is read
 _CHUNK = 1 << 16
+_PIPE_BYTES = 4096  # that a pipe takes without waiting for its reader
 
 _FRAMES = r"(?:Traceback \(most recent call last\):\n)?(?:[ \t].*\n)*"  # of a traceback
 _EXIT_MESSAGE = re.compile(
@@ -55,20 +67,21 @@ class ProcessCounters(NamedTuple):
 
 
 class ExternalTrackerError(TrackerError):
-    """Error of a tracker's process; names the command, the problem and the end of its output."""
+    """Failure of a tracker's process: one line with the reason, then the end of its output."""
 
 
 class LineProcess:
     """Process that is controlled by lines on its stdin and stdout.
 
-    Other output (stderr, and lines of stdout without the mark of the protocol) goes to a file,
-    whose end is part of every failure. `close`, failures, the garbage collector and the end of this
-    process end the process and all that it started.
+    Of other output (stderr, and lines of stdout without `mark`), the end is kept; failures repeat
+    it. `close`, failures, the garbage collector and the end of this process end the
+    process and all that it started.
 
     `command` is the program with its arguments; no shell is used. `name` replaces the command in
-    errors. `environment` has variables in
-    addition to those of this process; `folder` is the working directory. The process inherits the
-    descriptors of `files`. When it has ended, `files` and `paths` are closed.
+    errors. `environment` has variables in addition to those of this process; `folder` is the
+    working directory. When the process has ended, `files` are closed, and temporary ones
+    removed. `receive` gets each marked
+    line, and `END` at last, in a thread; by default, they are kept for `read_line`.
 
     Raises `ExternalTrackerError` if the command cannot be started.
     """
@@ -82,17 +95,15 @@ class LineProcess:
     def __init__(
         self,
         command: Sequence[str],
+        mark: bytes,
         *,
         name: str = "",
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
-        files: Sequence[IO[bytes]] = (),
-        paths: Sequence[TemporaryPath] = (),
+        files: Sequence[IO[bytes] | TemporaryPath] = (),
+        receive: Callable[[bytes], None] | None = None,
     ) -> None:
         self.command = name or shlex.join(command)
-        output = temporary_file()  # closed by `_end`
-        self._output = output.fileno()
-        fcntl.fcntl(self._output, fcntl.F_SETFL, os.O_APPEND)  # it is cut while both sides write
         try:
             tree = ProcessTree(
                 command,
@@ -100,24 +111,28 @@ class LineProcess:
                 cwd=folder,
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
-                stderr=output,
+                stderr=subprocess.PIPE,
                 bufsize=0,
-                pass_fds=[file.fileno() for file in files],
             )
         except (OSError, ValueError) as error:  # ValueError: a null character
-            _close([output, *files, *paths])
+            _close(files)
             if fault := machine_fault(error):
                 raise fault from error
             raise ExternalTrackerError(
                 f"{self.command}: the command cannot be started: {error}. Check its path."
             ) from None
-        self._process, stdin, stdout = tree.process, tree.process.stdin, tree.process.stdout
+        self.process, stdin = tree.process, tree.process.stdin
         assert stdin is not None
-        assert stdout is not None
-        self._end = weakref.finalize(self, _end, tree, [stdin, stdout, output, *files, *paths])
-        self._stdin, self._stdout = stdin.fileno(), stdout.fileno()
-        os.set_blocking(self._stdin, False)
-        self._unread = bytearray()  # output of stdout
+        self._stdin = stdin
+        self._lines: SimpleQueue[bytes] = SimpleQueue()
+        self._output = _Output()
+        # The threads keep no reference to this object, which the garbage collector can then end.
+        receive = receive or self._lines.put
+        self._readers = [
+            _start_thread(_read_lines, tree.process.stdout, mark, self._output, receive),
+            _start_thread(_read_output, tree.process.stderr, self._output),
+        ]
+        self._end = weakref.finalize(self, _end, tree, [stdin, *files])
 
     def send(self, data: bytes, seconds: float) -> None:
         """Write bytes to the process; if it ends meanwhile, `read_line` reports it.
@@ -125,124 +140,186 @@ class LineProcess:
         Raises `ExternalTrackerError` if the process has failed before, or does not read all bytes
         within a number of seconds.
         """
-        if not self._end.alive:  # its descriptor can belong to another file by now
+        if not self._end.alive:
             raise ExternalTrackerError(f"{self.command}: the process has ended.")
-        unsent, limit = memoryview(data), monotonic() + seconds
-        while True:
-            try:
-                unsent = unsent[os.write(self._stdin, unsent) :]
-            except BlockingIOError:
-                pass
-            except BrokenPipeError:
-                return
-            if not unsent:
-                return
-            # Output is read meanwhile: otherwise, both processes could wait for each other.
-            self._wait(limit, f"did not read its input in {seconds:g} s", sending=True)
+        late, timer = threading.Event(), None
+        if len(data) > _PIPE_BYTES:
+            timer = threading.Timer(seconds, _give_up, [self.process, late])
+            timer.daemon = True
+            timer.start()
+        unsent = memoryview(data)
+        with suppress(OSError):  # the process has ended
+            while unsent:
+                unsent = unsent[self._stdin.write(unsent) :]
+        if timer is not None:
+            timer.cancel()
+        if late.is_set():
+            raise self.fail(f"did not read its input in {seconds:g} s")
 
-    def read_line(self, seconds: float, mark: bytes = b"") -> bytes:
-        """Return the next line of stdout that contains `mark`, without its line end.
-
-        Other lines count as output for error messages.
+    def read_line(self, seconds: float) -> bytes:
+        """Return the next marked line of stdout, from the mark on and without its line end.
 
         Raises `ExternalTrackerError` if the process ends, writes no such line within a number of
         seconds, or writes more than 64 MiB without a line end.
         """
         limit = monotonic() + seconds
-        start = 0  # bytes before it have no line end
         while True:
-            while (stop := self._unread.find(b"\n", start)) >= 0:
-                line = bytes(self._unread[: stop + 1])
-                del self._unread[: stop + 1]
-                start = 0
-                if mark in line:
-                    return line.rstrip(b"\r\n")
-                os.write(self._output, line)
-            start = len(self._unread)
-            self._wait(limit, f"did not answer in {seconds:g} s")
+            left = limit - monotonic()
+            # A descendant that still runs can keep the streams of an ended process open.
+            has_ended = self.process.poll() is not None
+            with suppress(Empty):
+                line = self._lines.get(timeout=min(max(0.0, left), _WAIT_SECONDS))
+                if line == END:
+                    raise self._ended()
+                return line
+            if has_ended:
+                raise self._ended()
+            if left < 0:
+                if self.stack_signal is not None:
+                    self.process.send_signal(self.stack_signal)
+                    sleep(_STACK_SECONDS)
+                raise self.fail(f"did not answer in {seconds:g} s")
 
-    def unread_line(self, mark: bytes) -> bytes:
-        """Return a line that contains `mark` and that is already there; empty if there is none."""
-        poller = select.poll()
-        poller.register(self._stdout, select.POLLIN)
-        if self._end.alive and poller.poll(0):
-            self._unread += os.read(self._stdout, _CHUNK)
-        lines = self._unread.splitlines(keepends=True)
-        return next((bytes(line.rstrip()) for line in lines if mark in line), b"")
+    def unread_line(self) -> bytes:
+        """Return a marked line that is already there; empty if there is none."""
+        with suppress(Empty):
+            return self._lines.get_nowait()
+        return b""
 
     def fail(self, problem: str) -> ExternalTrackerError:
         """End the process; return the error, whose text is the command and `problem`."""
-        os.write(self._output, self._unread)
-        start = max(0, os.fstat(self._output).st_size - _MAX_TAIL)
-        output = os.pread(self._output, _MAX_TAIL, start).decode(errors="replace")
-        output = output[-TAIL_CHARACTERS:].strip()
-        self._end()
-        self.is_usable = False
+        output = self.end_output()
+        if self._output.is_too_long:
+            problem = f"wrote more than {_MAX_LINE >> 20} MiB without a line end"
         text = f"{self.command}: the process {problem.removesuffix('.')}."
-        last = _last_line(output, is_exception=self._process.returncode == 1)
+        last = _last_line(output, is_exception=self.process.returncode == 1)
         # Lists of failures show the first line. A stack starts with the innermost call.
-        if stack := re.search(rf'File "{re.escape(self.source)}", line \d+ in .*', output):
+        source = self.source.encode("ascii", "backslashreplace").decode()  # as in `faulthandler`
+        if stack := re.search(rf'File "{re.escape(source)}", line \d+ in .*', output):
             text += f" Its last call: {stack[0]}."
         elif last not in problem:
             text += f" Its last line: {last[:200]}"
-        if output:
-            text += f"\nThe end of its output:\n{output}"
-        return ExternalTrackerError(text)
+        return ExternalTrackerError(with_output(text, output))
+
+    def printed(self) -> str:
+        """Return the end of the output since the last call of `forget_output`."""
+        return self._output.text()
+
+    def forget_output(self) -> None:
+        """Forget the output of a tracker, because the process runs another one next."""
+        self._output.clear()
+
+    def end_output(self) -> str:
+        """End the process; return the end of its output."""
+        self._end()
+        self.is_usable = False
+        for reader in self._readers:
+            reader.join(_DRAIN_SECONDS)
+        return self._output.text().strip()
 
     def counters(self) -> ProcessCounters:
         """Return the counters of the process so far; they are 0 if the system has none."""
-        process = self._process.pid
+        process = self.process.pid
         try:
             schedstat = Path(f"/proc/{process}/schedstat").read_bytes()
             clock = (~process << 3) | 2  # CLOCK_PROCESS_CPUTIME_ID of another process, on Linux
-            return ProcessCounters(int(schedstat.split()[1]) * 1e-9, clock_gettime(clock))
+            return ProcessCounters(int(schedstat.split()[1]) * 1e-9, time.clock_gettime(clock))
         except (OSError, IndexError):
             return ProcessCounters(0.0, 0.0)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""
         if seconds and self._end.alive:
-            assert self._process.stdin is not None
-            self._process.stdin.close()
+            self._stdin.close()
             with suppress(subprocess.TimeoutExpired):
-                self._process.wait(seconds)
+                self.process.wait(seconds)
         self._end()
-
-    def _wait(self, limit: float, problem: str, *, sending: bool = False) -> None:
-        """Wait up to a second for output, and read it; if `sending`, also for room for input.
-
-        Raises the error with the text `problem` after the time `limit`.
-        """
-        if monotonic() > limit:
-            if self.stack_signal is not None:
-                self._process.send_signal(self.stack_signal)
-                sleep(_STACK_SECONDS)
-            raise self.fail(problem)
-        poller = select.poll()
-        poller.register(self._stdout, select.POLLIN)
-        if sending:
-            poller.register(self._stdin, select.POLLOUT)
-        ready = dict(poller.poll(1000 * min(max(0.0, limit - monotonic()), 1.0)))
-        output = os.read(self._stdout, _CHUNK) if self._stdout in ready else None
-        # A descendant that still runs can keep the streams of an ended process open.
-        if output == b"" or (not ready and self._process.poll() is not None):
-            raise self._ended()
-        self._unread += output or b""
-        if len(self._unread) > _MAX_OUTPUT:
-            raise self.fail(f"wrote more than {_MAX_OUTPUT >> 20} MiB without a line end")
-        if os.fstat(self._output).st_size > _MAX_OUTPUT:
-            os.truncate(self._output, 0)
 
     def _ended(self) -> ExternalTrackerError:
         """Return the error for a process that has closed its stdout."""
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(_EXIT_SECONDS)
-        status = self._process.returncode
+            self.process.wait(_EXIT_SECONDS)
+        status = self.process.returncode
         if status is None:
             return self.fail("closed its stdout")
         if status < 0:
             return self.fail(f"ended by signal {-status} ({signal.strsignal(-status)})")
         return self.fail(f"ended with status {status}")
+
+
+def _give_up(process: subprocess.Popen[bytes], late: threading.Event) -> None:
+    late.set()
+    process.kill()
+
+
+class _Output:
+    """End of the output of a process; two threads add to it."""
+
+    def __init__(self) -> None:
+        self._bytes = bytearray()
+        self.is_too_long = False  # a line of stdout
+
+    def add(self, data: bytes | bytearray) -> None:
+        """Add output, and drop what is older than the end that is kept."""
+        self._bytes.extend(data)
+        del self._bytes[:-_MAX_TAIL]
+
+    def clear(self) -> None:
+        """Forget the output."""
+        self._bytes.clear()
+
+    def text(self) -> str:
+        """Return the last characters."""
+        return self._bytes.decode(errors="replace")[-TAIL_CHARACTERS:]
+
+
+def _start_thread(target: Callable[..., None], *arguments: object) -> threading.Thread:
+    thread = threading.Thread(target=target, args=arguments, daemon=True)
+    thread.start()
+    return thread
+
+
+def _read_lines(
+    stdout: IO[bytes], mark: bytes, output: _Output, receive: Callable[[bytes], None]
+) -> None:
+    """Pass marked lines to `receive`, and other lines to the output, until the end."""
+    unread = bytearray()
+    with stdout:
+        while chunk := stdout.read(_CHUNK):
+            unread += chunk
+            if b"\n" in chunk:
+                *lines, unread = unread.split(b"\n")
+                for line in lines:
+                    if (start := line.find(mark)) >= 0:
+                        receive(bytes(line[start:].rstrip(b"\r")))
+                    else:
+                        output.add(line + b"\n")
+            elif len(unread) > _MAX_LINE:
+                output.is_too_long = True
+                break
+        output.add(unread)
+    receive(END)
+
+
+def _read_output(stderr: IO[bytes], output: _Output) -> None:
+    with stderr:
+        while chunk := stderr.read(_CHUNK):
+            output.add(chunk)
+
+
+def with_output(text: str, output: str) -> str:
+    """Return the text of a failure with the end of the output, if there is any."""
+    return f"{text}\nThe end of its output:\n{output}" if output else text
+
+
+def exception_text(error: BaseException) -> str:
+    """Return type and message of an exception as one line; of trackers' own errors the message."""
+    # The module traceback also handles exceptions whose `__str__` fails.
+    text = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
+    text = text.removeprefix(f"{type(error).__module__}.")
+    if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
+        text = text.removeprefix(f"{type(error).__name__}: ")
+    return text
 
 
 def _last_line(output: str, *, is_exception: bool) -> str:

@@ -21,7 +21,7 @@ import cv2
 import numpy as np
 
 from trackmark.bench.external.plugin import (
-    Definition,
+    ExternalOptions,
     ExternalPlugin,
     digest_file,
     keep_process,
@@ -33,8 +33,8 @@ from trackmark.bench.external.process import (
     ExternalTrackerError,
     LineProcess,
 )
+from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.datasets.number_files import form_problem
-from trackmark.reports.temporary_paths import TemporaryPath
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
@@ -156,7 +156,7 @@ def format_region(formats: Collection[str], box: Box, mask: Mask | None = None) 
     return ",".join(map(repr, numbers))
 
 
-class TraxDefinition(Definition):
+class TraxOptions(ExternalOptions):
     """Table with the key `trax`."""
 
     trax: str
@@ -174,16 +174,17 @@ class TraxProcess(LineProcess):
     limit, or sends an invalid message.
     """
 
-    def __init__(self, definition: TraxDefinition) -> None:
+    def __init__(self, options: TraxOptions) -> None:
         file = TemporaryPath(FRAME_FOLDER, FRAME_PREFIX, ".bmp", is_file=True)
         self.file = str(file.path)
         super().__init__(
-            shlex.split(definition.trax),
-            environment={"TRAX": "1", **definition.environment},  # as vot-toolkit
-            folder=Path(definition.folder),
-            paths=[file],
+            shlex.split(options.trax),
+            MARK,
+            environment={"TRAX": "1", **options.environment},  # as vot-toolkit
+            folder=Path(options.folder),
+            files=[file],
         )
-        self.hello = self.receive("hello", definition.start_timeout).properties
+        self.hello = self.receive("hello", options.start_limit).properties
         self.version = self.hello.get("trax.version", "1")
         if self.version not in ("1", "2", "3", "4"):
             raise self.fail(f"uses version {self.version!r} of TraX. Expected: 1 to 4")
@@ -205,7 +206,7 @@ class TraxProcess(LineProcess):
 
     def receive(self, name: str, seconds: float) -> Message:
         """Return the tracker's next message, whose expected name is given."""
-        line = self.read_line(seconds, MARK)
+        line = self.read_line(seconds)
         message = parse_message(line)
         if message.name == "quit":
             reason = message.properties.get("trax.reason") or "no reason given"
@@ -235,10 +236,9 @@ class TraxProcess(LineProcess):
         line, limit = b"", monotonic() + seconds
         with suppress(ExternalTrackerError):  # it ends, or takes too long
             self.send(format_message("quit"), seconds)
-            assert self._process.stdin is not None
-            self._process.stdin.close()
+            self._stdin.close()
             while not _is_answer(line) and monotonic() < limit:
-                line = self.read_line(seconds, MARK)
+                line = self.read_line(seconds)
         if _is_answer(line):
             raise self.fail(_too_many(line))
         super().close()
@@ -250,12 +250,12 @@ class TraxPlugin(ExternalPlugin):
     The parameters are properties of the message `initialize`; most trackers ignore them.
     """
 
-    definition: ClassVar[TraxDefinition]
+    external_options: ClassVar[TraxOptions]
     clock = "wall time minus run delay, with reading of images"
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self.process: TraxProcess = take_process(TraxProcess, self.definition, self.digest)
+        self.process: TraxProcess = _take(self.external_options, self.digest)
         self._clock = CallClock()
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
@@ -268,7 +268,7 @@ class TraxPlugin(ExternalPlugin):
         else:
             request = format_message("initialize", address, region, **properties)
         self._last_box = np.array(box)
-        self._ask(request, image, self.definition.start_timeout)
+        self._ask(request, image, self.external_options.start_limit)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`.
@@ -277,8 +277,8 @@ class TraxPlugin(ExternalPlugin):
         last box and is not visible.
         """
         request = format_message("frame", self.process.show(image))
-        box, mask, text = self._ask(request, image, self.definition.frame_timeout)
-        confidence = self._parse_confidence(text) if self.definition.confidence else nan
+        box, mask, text = self._ask(request, image, self.external_options.frame_limit)
+        confidence = self._parse_confidence(text) if self.external_options.confidence else nan
         fields = {"box": box, "visible": box is not None, "confidence": confidence, "mask": mask}
         try:
             return self.estimate(read_estimate(fields, image.shape))
@@ -301,7 +301,7 @@ class TraxPlugin(ExternalPlugin):
 
     def _ask(self, request: bytes, image: Image, seconds: float) -> tuple[Any, Any, str]:
         """Send a request; return box, mask and text of the confidence of the answer."""
-        if line := self.process.unread_line(MARK):
+        if line := self.process.unread_line():
             raise self.process.fail(_too_many(line))
         # The tracker begins at the end of the line. The time does not contain the transfer.
         self.process.send(request[:-1], seconds)
@@ -342,56 +342,58 @@ def _too_many(line: bytes) -> str:
     return f"sent {text!r} without a request. Expected: one answer per frame"
 
 
-def open_plugin(
-    definition: TraxDefinition, owner: str, folder: Path
-) -> tuple[type[TraxPlugin], Path]:
+def _take(options: TraxOptions, digest: str) -> TraxProcess:
+    return take_process(lambda: TraxProcess(options), options, digest)
+
+
+def open_plugin(options: TraxOptions, owner: str, folder: Path) -> tuple[type[TraxPlugin], Path]:
     """Return a plugin that runs a command, and the first file that the command names.
 
-    Relative paths of the definition refer to `folder`; `owner` is the tracker in messages. The
+    Relative paths of the options refer to `folder`; `owner` is the tracker in messages. The
     process started for this serves the first tracker.
     """
-    folder = (folder / Path(definition.folder).expanduser()).absolute()
-    definition = definition.model_copy(update={"folder": str(folder)})
+    folder = (folder / Path(options.folder).expanduser()).absolute()
+    options = options.model_copy(update={"folder": str(folder)})
     try:
-        command = shlex.split(definition.trax)
+        command = shlex.split(options.trax)
     except ValueError as error:
-        raise TrackerError(f"{owner}: command {definition.trax!r}: {error}.") from None
+        raise TrackerError(f"{owner}: command {options.trax!r}: {error}.") from None
     if not any(command):
         raise TrackerError(
-            f"{owner}: the command {definition.trax!r} names no program. Give a program with its "
+            f"{owner}: the command {options.trax!r} names no program. Give a program with its "
             "arguments."
         )
-    files = _command_files(command, definition)
+    files = _command_files(command, options)
     digest = "-".join(map(digest_file, files))
-    process = take_process(TraxProcess, definition, digest)
-    keep_process(process, definition, digest)
+    process = _take(options, digest)
+    keep_process(process, options, digest)
     hello = process.hello
     description = {
         "class": "TraxPlugin",
-        "doc": hello.get("trax.description") or f"Run {definition.trax}.",
+        "doc": hello.get("trax.description") or f"Run {options.trax}.",
         "name": "",
-        "parameters": definition.parameters,
-        "randomness": "generator" if definition.stochastic else "none",
+        "parameters": options.parameters,
+        "randomness": "generator" if options.stochastic else "none",
     }
     version = {
-        "source": definition.version or digest,
-        "command": definition.trax,
+        "source": options.version or digest,
+        "command": options.trax,
         "name": hello.get("trax.name", ""),
         "identifier": hello.get("trax.identifier", ""),
         "libraries": {},
     }
-    attributes = {"definition": definition, "digest": digest, "version": version}
+    attributes = {"external_options": options, "digest": digest, "version": version}
     plugin = create_plugin(TraxPlugin, owner, description, **attributes)
     return plugin, files[0] if files else folder
 
 
-def _command_files(command: list[str], definition: TraxDefinition) -> list[Path]:
+def _command_files(command: list[str], options: TraxOptions) -> list[Path]:
     """Return the files that a command names by path, or else its program's file in PATH."""
-    folder = Path(definition.folder)
+    folder = Path(options.folder)
     files = [folder / Path(text).expanduser() for text in command]
     if "-m" in command[:-1]:  # a module of Python, as in vot-toolkit's `traxpython`
         module = command[command.index("-m") + 1].replace(".", "/")
-        paths = definition.environment.get("PYTHONPATH", "").split(os.pathsep)
+        paths = options.environment.get("PYTHONPATH", "").split(os.pathsep)
         files += [folder / path / f"{module}.py" for path in paths]
     program = shutil.which(command[0])
     existing = [file for file in files if os.path.isfile(file)]  # noqa: PTH113  # `Path.is_file` raises OSError for long arguments

@@ -13,7 +13,7 @@ from urllib.parse import unquote
 
 import numpy as np
 
-from trackmark.bench.external.plugin import ExternalPlugin
+from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.trax import (
     MARK,
     format_message,
@@ -24,7 +24,6 @@ from trackmark.bench.external.trax import (
 from trackmark.datasets.image_files import decode_image, read_image_file
 from trackmark.trackers import Image, Mask, Tracker, TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_box, read_estimate
-from trackmark.trackers.base.plain_class import ForkGuard
 
 MAX_REASON = 500
 """Maximum length of the reason of a failure [characters]."""
@@ -85,18 +84,16 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
         image = _read_image(request.values[0])
         confidence = nan
         if region:
-            if isinstance(tracker, ExternalPlugin):
+            if isinstance(tracker, RemoteTracker):
                 tracker.close()  # its process serves the next one
             box, mask = _parse_init(region, image.shape)
-            with ForkGuard():
-                tracker = make()
-                tracker.init(image, np.array(box), mask)
+            tracker = make()
+            tracker.init(image, np.array(box), mask)
             region = ""
         elif tracker is None:
             raise ClientError("the client sent a frame before initialize.")
         else:
-            with ForkGuard():
-                estimate = tracker.update(image)
+            estimate = tracker.update(image)
             try:
                 fields = read_estimate(estimate, image.shape)
             except MalformedEstimateError as error:

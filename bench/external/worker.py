@@ -1,36 +1,44 @@
-"""Run one tracker class of a file in this interpreter, for a harness in another interpreter.
+"""Child process that answers requests of the harness.
 
-Usage: python worker.py FRAMES FILE [CLASS], or by `start.py`. Needs Python 3.6 or newer and NumPy,
-but not trackmark. Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So
-is each answer on stdout, `[number, answer]` after `MARK`, with the number of the request. Output of
-the tracker goes to stderr. After an exception, the answer is `error` without a number, the
-traceback is on stderr, and the process ends. If the tracker forks the process, only the process
-that started answers.
+Usage, by `start.py`: python worker.py FRAMES HOME OPERATIONS ARGUMENT... OPERATIONS is a class with
+the method `perform`, as `module:Class`, which is created with the file FRAMES and the arguments.
+HOME is the folder of the package trackmark. If OPERATIONS is empty, the arguments are the file of a
+tracker and, optionally, its class. The process then needs Python 3.6 or newer and NumPy, but not
+trackmark.
+
+Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So is each answer on
+stdout, `[number, answer]` after `MARK`, with the number of the request. Output of the tracker goes
+to stderr. After an exception, the answer is `error`, the traceback is on stderr, and the process
+ends. If the tracker forks the process, and the copy returns from the call, the answer is an error
+without a number.
 
 | operation and arguments | answer |
 |---|---|
 | describe | class, name, doc, parameters, randomness, images, libraries |
 | create: parameters, seed, entropy, spawn_key | drawn |
-| init: pixels, box | wall, cpu, drawn |
-| update: pixels | wall, cpu, drawn, estimate; or invalid: the reason why it is not an estimate |
+| init: pixels, box | time, device, drawn |
+| update: pixels | time, device, drawn, estimate; or invalid: the reason why it is no estimate |
 
-FRAMES is the descriptor of a file with the image of each request, and after it the mask of
-`init`. `pixels` is a list of their shapes and types. The mask of an estimate is written to the same
-file; `estimate` has its shape and type. `wall` and `cpu` are the times of the tracker's method [s];
-`cpu` counts all threads. `drawn` has the names of the global generators that the run has changed.
+These are the operations without trackmark; `bench.external.isolated_worker` has those of the full
+interface. FRAMES is a file with the image of each request, and after it the mask of `init`.
+`pixels` is a list of their shapes and types. The mask of an estimate is written to the same file;
+`estimate` has its shape and type. `time` has the fields of `CallTime`. `drawn` has the names of the
+global generators that the run has changed.
 """
 
 import faulthandler
+import importlib
 import importlib.util
 import json
 import os
-import select
+import queue
 import signal
 import sys
 import sysconfig
 import threading
+import time
 import traceback
-from typing import Any, Iterable
+from typing import Any, Callable, Iterator, List
 
 try:
     import numpy as np
@@ -39,6 +47,12 @@ except ImportError as error:
 
 
 MARK = "@@TRACKMARK:"
+FORKED = (
+    "forked a copy of itself, which returned from a call of the tracker. Use the module subprocess"
+    " or multiprocessing, or end the copy by os._exit"
+)
+END_SECONDS = 1.0
+"""Time that a tracker has to return when the harness has ended [s]."""
 
 
 def import_file(path: str, name: str) -> Any:
@@ -59,75 +73,56 @@ def import_rules(name: str) -> Any:
     return import_file(os.path.join(BASE, name + ".py"), "trackmark_" + name)
 
 
-plain_class = import_rules("plain_class")
-estimate_check = import_rules("estimate_check")
-call_clock = import_rules("call_clock")
-global_generators = import_rules("global_generators")
+def serve(perform: Callable[..., Any]) -> None:
+    """Answer requests until stdin ends, by `perform(operation, **arguments)`.
 
-CLOCK = call_clock.CallClock()
-
-
-def load(path: str) -> Any:
-    """Return the module of a tracker's file."""
-    path = os.path.abspath(path)
-    sys.path[0] = os.path.dirname(path)  # instead of the folder of this file
-    sys.argv = [path]  # those of this process are not for the file
-    stem = os.path.splitext(os.path.basename(path))[0]
-    # Imports get equal numbers in each process.
-    with global_generators.GlobalGenerators(0), plain_class.ForkGuard():
-        return import_file(path, "trackmark_plugin_" + stem)
-
-
-def libraries() -> Any:
-    """Return the versions of Python and of imported modules that do not belong to Python."""
-    versions = {"python": "%d.%d.%d" % sys.version_info[:3]}
-    standard = tuple(sysconfig.get_path(key) + os.sep for key in ("stdlib", "platstdlib"))
-    for name, module in list(sys.modules.items()):
-        if "." in name:  # access to a submodule can print warnings
-            continue
-        version, path = getattr(module, "__version__", None), getattr(module, "__file__", None)
-        if not isinstance(version, str) or not path:
-            continue
-        installed = "site-packages" in path or "dist-packages" in path
-        if installed or not path.startswith(standard):
-            versions[name] = version
-    return versions
-
-
-def create(kind: Any, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
-    """Return a new tracker."""
-
-    def sequence() -> Any:
-        return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
-
-    with plain_class.ForkGuard():
-        return plain_class.create(kind, parameters, seed, sequence)
-
-
-def call(tracker: Any, operation: str, frames: Any, pixels: Any, box: Any = None) -> Any:
-    """Return the answer of `init` or `update`."""
-    frames.seek(0)
-    image, *masks = [read_array(frames, *array) for array in pixels]
-    method, arguments = getattr(tracker, operation), [image]
-    if operation == "init":
-        method = plain_class.adapt_init(method)
-        arguments += [np.array(box, np.float64), masks[0] if masks else None]
-    with plain_class.ForkGuard():
-        CLOCK.start()
-        result = method(*arguments)
-        call_clock.synchronise(tracker)
-        answer = {"time": CLOCK.stop(), "device": call_clock.device_name(tracker)}
-    if operation == "update":
+    An answer with the key `problem` or `error` is the last one. `perform` runs in the main thread.
+    """
+    process = os.getpid()
+    requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
+    if hasattr(signal, "SIGUSR1"):  # sent if the harness waits too long
+        faulthandler.register(signal.SIGUSR1, all_threads=False)
+    lines = queue.Queue()  # type: Any
+    threading.Thread(target=read_requests, args=(requests, lines), daemon=True).start()
+    for line in iter(lines.get, ""):
+        number, operation, arguments = json.loads(line)
         try:
-            answer["estimate"] = fields = estimate_check.read_estimate(result, image.shape)
-        except estimate_check.MalformedEstimateError as error:
-            return {"invalid": str(error)}
-        mask = fields["mask"]
-        if mask is not None:
-            frames.seek(0)
-            frames.write(mask.tobytes())
-            fields["mask"] = [mask.shape, mask.dtype.str]
-    return answer
+            answer = perform(operation, **arguments)
+        except BaseException as error:
+            if isinstance(error, SystemExit) and os.getpid() == process:
+                raise
+            answer = {"error": describe_error(error)}
+        if os.getpid() != process:
+            number, answer = None, {"problem": FORKED}
+        answers.write(MARK + json.dumps([number, answer], default=convert) + "\n")
+        answers.flush()
+        if "problem" in answer or "error" in answer:
+            sys.stderr.flush()
+            os._exit(1)
+
+
+def describe_error(error: BaseException) -> str:
+    """Return the last line of an exception's traceback, which is printed."""
+    traceback.print_exception(type(error), error, error.__traceback__)
+    return traceback.format_exception_only(type(error), error)[-1].strip()
+
+
+def convert(value: Any) -> Any:
+    """Return a value that JSON does not have as numbers or text."""
+    return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)
+
+
+def read_requests(requests: Any, lines: Any) -> None:
+    """Pass on requests; end this process and its children when the harness has ended."""
+    for line in requests:
+        lines.put(line)
+    lines.put("")
+    time.sleep(END_SECONDS)
+    if hasattr(os, "killpg"):
+        os.killpg(os.getpgid(0), signal.SIGKILL)
+    os._exit(1)
 
 
 def read_array(file: Any, shape: Any, dtype: Any) -> Any:
@@ -138,63 +133,121 @@ def read_array(file: Any, shape: Any, dtype: Any) -> Any:
     return array
 
 
-def respond(requests: Iterable[str], frames: Any, module: Any, name: str) -> Iterable[Any]:
-    """Yield number and answer of each request; the class `name` can be empty if there is one."""
-    kind = tracker = generators = None  # type: Any
-    for line in requests:
-        number, operation, arguments = json.loads(line)
-        if operation == "describe":
-            try:
-                kind = plain_class.tracker_class(module, name)
-                yield number, dict(plain_class.describe(kind), libraries=libraries())
-            except ValueError as error:
-                owner = filter(None, [module.__file__, getattr(kind, "__name__", name)])
-                yield number, {"unusable": "%s: %s" % (":".join(owner), error)}
-        elif operation == "create":
-            tracker = None  # releases the memory of the last one first
-            generators = global_generators.GlobalGenerators(arguments["seed"])
-            with generators:
-                tracker = create(kind, **arguments)
-            yield number, {"drawn": generators.drawn}
-        else:
-            with generators:
-                answer = call(tracker, operation, frames, **arguments)
-            yield number, dict(answer, drawn=generators.drawn)
+def write_arrays(file: Any, arrays: Any) -> List[Any]:
+    """Write arrays to the start of a file; return their shapes and types."""
+    file.seek(0)
+    for array in arrays:
+        file.write(np.ascontiguousarray(array).reshape(-1).view(np.uint8).data)
+    return [[array.shape, array.dtype.str] for array in arrays]
 
 
-def end_with_harness(requests: int) -> None:
-    """End this process and its children when the harness has ended, also if the tracker hangs."""
-    poller = select.poll()
-    poller.register(requests, 0)  # reports only that the other end is closed
-    poller.poll()
-    os.killpg(os.getpgid(0), signal.SIGKILL)
+class PlainTrackers:
+    """Operations on the trackers of a class that needs nothing of trackmark.
+
+    The class `name` can be empty if the file has one tracker.
+    """
+
+    def __init__(self, frames: Any, path: str, name: str = "") -> None:
+        self._frames, self._path, self._name = frames, os.path.abspath(path), name
+        self._rules, self._estimates, self._clocks, self._generators = map(
+            import_rules, ("plain_class", "estimate_check", "call_clock", "global_generators")
+        )
+        self._clock = self._clocks.CallClock()
+        self._class = self._tracker = self._context = None  # type: Any
+
+    def perform(self, operation: str, **arguments: Any) -> Any:
+        """Return the answer of an operation."""
+        return getattr(self, operation)(**arguments)
+
+    def describe(self) -> Any:
+        """Return the description of the class."""
+        sys.path[0] = os.path.dirname(self._path)  # instead of the folder of this file
+        sys.argv = [self._path]  # those of this process are not for the file
+        stem = os.path.splitext(os.path.basename(self._path))[0]
+        with self._generators.GlobalGenerators(0):  # imports get equal numbers in each process
+            module = import_file(self._path, "trackmark_plugin_" + stem)
+        try:
+            self._class = self._rules.tracker_class(module, self._name)
+            return dict(self._rules.describe(self._class), libraries=dict(libraries()))
+        except ValueError as error:
+            owner = filter(None, [module.__file__, getattr(self._class, "__name__", self._name)])
+            return {"unusable": "%s: %s" % (":".join(owner), error)}
+
+    def create(self, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
+        """Create a tracker."""
+        self._tracker = None  # releases the memory of the last one first
+
+        def sequence() -> Any:
+            return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
+
+        self._context = self._generators.GlobalGenerators(seed)
+        with self._context:
+            self._tracker = self._rules.create(self._class, parameters, seed, sequence)
+        return {"drawn": self._context.drawn}
+
+    def init(self, pixels: Any, box: Any) -> Any:
+        """Initialise the tracker."""
+        image, mask = self._read(pixels + [None])[:2]
+        init = self._rules.adapt_init(self._tracker.init)
+        return self._call(init, image, np.array(box, np.float64), mask)[1]
+
+    def update(self, pixels: Any) -> Any:
+        """Return the estimate of the tracker."""
+        (image,) = self._read(pixels)
+        shape = image.shape
+        estimate, answer = self._call(self._tracker.update, image)
+        try:
+            fields = self._estimates.read_estimate(estimate, shape)
+        except self._estimates.MalformedEstimateError as error:
+            return {"invalid": str(error)}
+        if fields["mask"] is not None:
+            (fields["mask"],) = write_arrays(self._frames, [fields["mask"]])
+        return dict(answer, estimate=fields)
+
+    def _read(self, pixels: Any) -> Any:
+        self._frames.seek(0)
+        return [array and read_array(self._frames, *array) for array in pixels]
+
+    def _call(self, method: Any, *arguments: Any) -> Any:
+        """Return the result of a method of the tracker, and the facts about the call."""
+        with self._context:
+            self._clock.start()
+            result = method(*arguments)
+            self._clocks.synchronise(self._tracker)
+            answer = {"time": self._clock.stop()}
+        device = self._clocks.device_name(self._tracker)
+        return result, dict(answer, device=device, drawn=self._context.drawn)
+
+
+def libraries() -> Iterator[Any]:
+    """Yield the versions of Python and of imported modules that do not belong to Python."""
+    yield "python", "%d.%d.%d" % sys.version_info[:3]
+    standard = tuple(sysconfig.get_path(key) + os.sep for key in ("stdlib", "platstdlib"))
+    for name, module in list(sys.modules.items()):
+        if "." in name:  # access to a submodule can print warnings
+            continue
+        version, path = getattr(module, "__version__", None), getattr(module, "__file__", None)
+        if not isinstance(version, str) or not path:
+            continue
+        installed = "site-packages" in path or "dist-packages" in path
+        if installed or not path.startswith(standard):
+            yield name, version
 
 
 def main() -> None:
     """Answer the requests on stdin until it ends."""
-    faulthandler.register(signal.SIGUSR1, all_threads=False)  # if the harness waits too long
-    requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
-    threading.Thread(target=end_with_harness, args=(requests.fileno(),), daemon=True).start()
-    descriptor, file = sys.argv[1:3]
-    name = "".join(sys.argv[3:])
-    frames = os.fdopen(int(descriptor), "r+b", buffering=0)
-    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
-
-    def write(number: Any, answer: Any) -> None:
-        answers.write(MARK + json.dumps([number, answer], default=repr) + "\n")
-        answers.flush()
-
-    try:
-        for number, answer in respond(requests, frames, load(file), name):
-            write(number, answer)
-    except SystemExit:
-        raise
-    except BaseException as error:
-        traceback.print_exc()
-        sys.stderr.flush()
-        write(None, {"error": traceback.format_exception_only(type(error), error)[-1].strip()})
-        os._exit(1)
+    path, home, operations = sys.argv[1:4]
+    arguments = sys.argv[4:]
+    frames = open(path, "r+b", buffering=0)
+    if not operations:
+        serve(PlainTrackers(frames, *arguments).perform)
+        return
+    sys.path[:] = [folder for folder in sys.path if folder != FOLDER]
+    if home not in sys.path:
+        sys.path.insert(0, home)
+    del sys.argv[1:]  # they are not for the files of trackers
+    module, _, name = operations.partition(":")
+    serve(getattr(importlib.import_module(module), name)(frames, *arguments).perform)
 
 
 if __name__ == "__main__":

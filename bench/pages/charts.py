@@ -36,7 +36,7 @@ _SUCCESS = Chart(
     figure="success",
     top=1.0,
     value_name="area",
-    percent=True,
+    is_percent=True,
     reference=0.5,
 )
 _PRECISION = Chart(
@@ -48,7 +48,7 @@ _PRECISION = Chart(
     figure="precision",
     top=1.0,
     value_name="share at 20 px",
-    percent=True,
+    is_percent=True,
     reference=20.0,
 )
 
@@ -60,13 +60,13 @@ def share_charts(runs: PageRuns, trackers: Sequence[str]) -> list[Chart]:
     """
     left_out = " Trackers with failed runs are left out." * (len(runs.trackers) > len(trackers))
     charts = []
-    for template in (_SUCCESS, _PRECISION) if trackers and runs.stages else ():
+    for template in (_SUCCESS, _PRECISION) if trackers and runs.sequences else ():
         positions = sorted(map(runs.trackers.index, trackers))
         lines = [_share_line(runs, position, template.figure) for position in positions]
         values = ", ".join(f"{line.label} {at_reference(template, line)}" for line in lines)
-        caption = template.words + left_out
-        words = f"{caption} At {template.reference:g}: {values}"
-        charts.append(replace(template, lines=lines, words=words, caption=caption))
+        caption = template.description + left_out
+        description = f"{caption} At {template.reference:g}: {values}"
+        charts.append(replace(template, lines=lines, description=description, caption=caption))
     return charts
 
 
@@ -76,38 +76,37 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
     A point opens the frame nearest to its threshold; among equally near ones that of the worst run.
     """
     label = runs.trackers[tracker]
-    by_sequence = [stage.clips_of(tracker) for stage in runs.stages]
-    judged = [
-        (position, clip)
-        for position, clips in enumerate(by_sequence)
-        for clip in clips
-        if curve in clip.shares
+    by_sequence = [sequence_runs.one_pass_of(tracker) for sequence_runs in runs.sequences]
+    scored = [
+        (index, run)
+        for index, page_runs in enumerate(by_sequence)
+        for run in page_runs
+        if curve in run.shares
     ]
-    if not judged:
+    if not scored:
         return Line(label, tracker, [np.nan], [np.nan])
-    curves = [[clip.shares[curve].shares for clip in c if clip.shares] for c in by_sequence]
+    curves = [[run.shares[curve].shares for run in c if run.shares] for c in by_sequence]
     shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
     thresholds, figure, kind = ERRORS, shares[_INDEX_OF_20], "centre_error"
     if curve == "success":
-        overlaps = [[-clip.worst["overlap", "online"][0] for clip in c] for c in by_sequence if c]
+        overlaps = [[-run.severity for run in c] for c in by_sequence if c]
         thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
-    judged.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
-    nearest = np.argmin([clip.shares[curve].distances for _, clip in judged], axis=0)
-    places = []
-    for point, (position, clip) in enumerate(judged[index] for index in nearest):
-        frame = int(clip.shares[curve].frames[point])
-        places.append(PlayerPosition(position, tracker, clip.take.repetition, frame))
-    return Line(label, tracker, thresholds, shares, places=places, value=f"{figure:.3f}")
+    scored.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
+    nearest = np.argmin([run.shares[curve].distances for _, run in scored], axis=0)
+    positions = []
+    for point, (index, run) in enumerate(scored[position] for position in nearest):
+        positions.append(run.position(index, int(run.shares[curve].frames[point])))
+    return Line(label, tracker, thresholds, shares, positions=positions, value=f"{figure:.3f}")
 
 
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
     """Return the median overlap of the repetitions by frame, a chart per sequence."""
     charts = {}
-    for position, stage in enumerate(runs.stages):
+    for position, sequence_runs in enumerate(runs.sequences):
         finished: dict[int, list[PageRun]] = {}
-        for clip in stage.clips:
-            if not clip.take.failure:
-                finished.setdefault(clip.take.tracker, []).append(clip)
+        for run in sequence_runs.one_pass:
+            if not run.failure:
+                finished.setdefault(run.tracker, []).append(run)
         is_crowded = len(finished) > CROWDED
         lines = [
             _timeline(position, runs.trackers[tracker], finished[tracker])
@@ -117,22 +116,23 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         most = max(map(len, finished.values()), default=0)
         which = f" of the first {TOP} trackers" * is_crowded
         which += f": the median over up to {most} repetitions" * (most > 1)
-        words = f"Overlap by frame{which}. A point opens its frame."
+        description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            chart = Chart(stage.name, "frame", "overlap", lines, words, top=1.0, named=False)
-            charts[stage.name] = chart
+            name = sequence_runs.name
+            chart = Chart(name, "frame", "overlap", lines, description, top=1.0)
+            charts[name] = replace(chart, has_line_names=False)
     return charts
 
 
-def _timeline(position: int, name: str, clips: Sequence[PageRun]) -> Line:
+def _timeline(position: int, name: str, page_runs: Sequence[PageRun]) -> Line:
     """Return a line through the lowest overlap of each interval; it opens the worst repetition."""
-    medians = pd.DataFrame([clip.overlaps for clip in clips]).median().to_numpy(np.float64)
+    medians = pd.DataFrame([run.overlaps for run in page_runs]).median().to_numpy(np.float64)
     intervals = np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
     lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
     frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
-    worst = max(clips, key=lambda clip: clip.worst["overlap", "online"][0])
-    place = PlayerPosition(position, worst.take.tracker, worst.take.repetition, 0)
-    return Line(name, worst.take.tracker, frames, medians[frames], places=[place])
+    worst = max(page_runs, key=lambda run: run.severity)
+    opened = worst.position(position, 0)
+    return Line(name, worst.tracker, frames, medians[frames], positions=[opened])
 
 
 def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
@@ -140,7 +140,9 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
-    numbers = {stage.name: position for position, stage in enumerate(runs.stages)}
+    numbers = {
+        sequence_runs.name: position for position, sequence_runs in enumerate(runs.sequences)
+    }
     lines = []
     for position, name in enumerate(runs.trackers):
         rows = finished[finished["tracker"] == name]
@@ -159,12 +161,12 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         points = [None, *map(lost_at.get, survival.times.tolist())]
         x = np.append(0.0, survival.times)
         lines.append(Line(name, position, x, shares, low, high, points))
-    words = (
+    description = (
         "Share of runs that have not lost the target by frame, with 95 % bands (Kaplan-Meier, "
         f"n = {len(finished)} runs); higher is better."
     )
     quantity = "share of runs not lost"
-    chart = Chart("", "frame", quantity, lines, words, "step", top=1.0, figure="survival")
+    chart = Chart("", "frame", quantity, lines, description, "step", top=1.0, figure="survival")
     return [chart] if lines else []
 
 
@@ -174,23 +176,23 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     for name, measures in means_by_tracker(summary).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
-            place = runs.place(name, None, "overlap")
-            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [place]
+            opened = runs.worst_position(name, None, "overlap")
+            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [opened]
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
-    units = units_of([stage.name for stage in runs.stages])
+    units = units_of([sequence_runs.name for sequence_runs in runs.sequences])
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"
-    words = f"{quantity.title.capitalize()} against time per frame; {bars}. "
-    words += "Up and to the left is better."
+    description = f"{quantity.title.capitalize()} against time per frame; {bars}. "
+    description += "Up and to the left is better."
     chart = Chart(
         "",
-        TIME.head,
-        quantity.head,
+        TIME.heading,
+        quantity.heading,
         dots,
-        words,
+        description,
         "dots",
         logarithmic=True,
         top=1.0,

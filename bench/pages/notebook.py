@@ -1,29 +1,20 @@
 """Player of the frames of stored results, in a notebook."""
 
 import html
-from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import replace
 from math import inf
 from pathlib import Path
-from typing import Protocol
 
 from trackmark import datasets
-from trackmark.bench.protocols import STORED_ONE_PASS
-from trackmark.bench.store import data_frames
-from trackmark.bench.store.layout import experiment_folders
+from trackmark.bench.output_files import write_file
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.keys import single_experiment
+from trackmark.bench.store.runs import Runs, complete_name
+from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets import Sequence
-from trackmark.reports.files import write_file
-from trackmark.reports.temporary_paths import temporary_folder
 
 _PLAYER_HEIGHT = 780  # CSS pixels
-
-
-class StoredResults(Protocol):
-    """Results with a folder, for example `bench.api.results.Results`."""
-
-    @property
-    def stored_folder(self) -> Path: ...  # noqa: D102  # folder of the runs
 
 
 class SequencePlayer:
@@ -37,7 +28,7 @@ class SequencePlayer:
 
     def save(self, path: str | Path) -> None:
         """Write the page to a file; raise `OSError` if it cannot be written."""
-        write_file(Path(path), lambda file: file.write_text(self.page, encoding="utf-8"))
+        write_file(Path(path), self.page)
 
     def _repr_html_(self) -> str:
         """Return the page in a frame whose scripts cannot access the notebook."""
@@ -49,7 +40,7 @@ class SequencePlayer:
 
 
 def player(
-    results: str | Path | StoredResults,
+    runs: str | Path | Runs,
     sequence: str | Path | Sequence,
     frame: int | None = None,
     tracker: str | None = None,
@@ -59,10 +50,10 @@ def player(
 
     Parameters
     ----------
-    results : path or Results
-        Folder of results, or results of `evaluate`, `run` or `load_results`.
+    runs : path or Runs
+        Folder of an experiment, or runs of `evaluate`, `run` or `load_runs`.
     sequence : str, Path or Sequence
-        Name in the results or its last part, specification, path, or the sequence.
+        Name in the runs or its last part, specification, path, or the sequence.
     frame : int, optional
         Frame that the player shows first; the first one with ground truth by default.
     tracker : str, optional
@@ -73,48 +64,39 @@ def player(
     Raises
     ------
     ValueError
-        If the results have no run on the sequence or no run of the tracker.
+        If there is no run on the sequence or no run of the tracker.
     ResultsError
-        If there are no results, or they are damaged.
+        If there are no results or several experiments in the folder, or a file is damaged.
     """
-    from trackmark.bench.analysis.stored_runs import judged_runs
-    from trackmark.bench.pages.content import Page, PageSection
+    from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
-    from trackmark.bench.pages.player_runs import collect_runs, scenes
+    from trackmark.bench.pages.player_runs import collect_runs, player_sequences
     from trackmark.reports.charts import PlayerPosition
 
-    folder = Path(results) if isinstance(results, str | Path) else results.stored_folder
-    experiment, name = _find_sequence(folder, sequence)
-    runs = collect_runs(judged_runs(experiment, sequence=name), [])
-    if tracker is not None and tracker not in runs.labels:
-        names = ", ".join(runs.labels)
+    if not isinstance(runs, Runs):
+        runs = Runs.open(single_experiment(Path(runs).expanduser()))
+    name = _name_of(sequence, runs)
+    page_runs = collect_runs(runs.read(runs.evaluated_rows(sequence=name)), [])
+    if tracker is not None and tracker not in page_runs.labels:
+        names = ", ".join(page_runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (scene,) = scenes(runs, lambda *_: None)
-    first = scene.first if frame is None else frame
-    if not 0 <= first < scene.frames:
-        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {scene.frames - 1}.")
-    page = Page(name, [PageSection("frames", "Sequence", scenes=True)], runs.labels, [scene])
-    start = page.opening(scene, first)
+    (entry,) = player_sequences(page_runs, lambda *_: None)
+    first = entry.first if frame is None else frame
+    if not 0 <= first < entry.n_frames:
+        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {entry.n_frames - 1}.")
+    section = PageSection("frames", "Sequence", lists_sequences=True)
+    page = Page(name, [section], page_runs.labels, [entry])
+    start = player_link(entry, first)
     if tracker is not None:
-        start = PlayerPosition(0, runs.labels.index(tracker), repetition, first).link
+        start = PlayerPosition(0, page_runs.labels.index(tracker), repetition, first).link
     with temporary_folder() as temporary:
         path, *_ = write_page(temporary / "page.html", replace(page, start=start), room=inf)
         return SequencePlayer(path.read_text("utf-8"))
 
 
-def complete_name(sequence: str, names: Iterable[str]) -> str:
-    """Return the only name whose last part is `sequence`; `sequence` if it is a name itself."""
-    ends = [name for name in names if sequence in (name, name.rpartition("/")[2])]
-    return ends[0] if sequence not in ends and len(ends) == 1 else sequence
-
-
-def _find_sequence(folder: Path, sequence: str | Path | Sequence) -> tuple[Path, str]:
-    """Return the experiment that has runs on a sequence, and the sequence's name in these runs."""
-    names: dict[str, Path] = {}
-    for experiment in reversed(experiment_folders(folder)):
-        runs = data_frames.load_runs(experiment)
-        scored = runs[(runs["protocol"] == STORED_ONE_PASS) & (runs["status"] != "missing")]
-        names |= dict.fromkeys(map(str, scored["sequence"].unique()), experiment)
+def _name_of(sequence: str | Path | Sequence, runs: Runs) -> str:
+    """Return the name of a sequence in one-pass runs; raise `ValueError` without runs on it."""
+    names = {row["sequence"] for row in runs.evaluated_rows(protocol=ONE_PASS)}
     requested = sequence.name if isinstance(sequence, Sequence) else str(sequence)
     name = complete_name(requested, names)
     if name not in names:
@@ -124,5 +106,5 @@ def _find_sequence(folder: Path, sequence: str | Path | Sequence) -> tuple[Path,
         expected = f"Expected one of: {', '.join(sorted(names))}."
         if not names:
             expected = "The player shows one-pass runs only, and there are none."
-        raise ValueError(f"{folder}: no run on {requested!r}. {expected}")
-    return names[name], name
+        raise ValueError(f"{runs!r}: no run on {requested!r}. {expected}")
+    return name

@@ -17,11 +17,10 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined
 from markupsafe import Markup, escape
 from numpy.typing import NDArray
 
-from trackmark.bench.pages.card_types import GLOSSARY, SYMBOLS
-from trackmark.bench.pages.content import Film, Page, PlayerScene, Shapes
+from trackmark.bench.output_files import write_file
+from trackmark.bench.package_version import package_version
+from trackmark.bench.pages.content import FrameChunks, Page, PlayerSequence, Shapes, player_link
 from trackmark.bench.pages.player_frames import ABSENT, compress, pack_boxes, quantise
-from trackmark.reports.files import write_file
-from trackmark.reports.package_version import package_version
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import TOP, at_reference, chart_svg
@@ -33,7 +32,26 @@ MAX_INLINE_FRAMES = 10_000_000
 _MIN_WRAPPED = 16
 """Minimum number of characters of a text in a table that is wrapped."""
 
-_PARTS = Path(__file__).parent / "templates"
+GLOSSARY: Mapping[str, str] = {
+    "overlap": "Overlap (IoU): area shared by the estimated and the ground-truth box, divided by "
+    "the area that both cover. 1 is perfect, 0 is a miss.",
+    "success": "Share of frames with an overlap of at least 0.5.",
+    "centre error": "Distance between the centres of the estimated and the ground-truth box.",
+    "ms/frame": "Mean time of an update, without the time in which other processes had the "
+    "processor. The first update is not included.",
+    "95 % interval": "Range that contains the mean over new sequences in 95 % of cases. It is "
+    "drawn from six sequences on.",
+    "lost": "The estimated centre is outside the ground-truth box for ten visible frames in a row.",
+    "ground-truth box": "Box of the target in the ground truth: annotated, or known from "
+    "rendering.",
+    "seed": "Number that initialises the random generator of a stochastic tracker.",
+}
+"""Definitions of the terms of a page, for tooltips and the glossary."""
+
+_SYMBOLS = {"good": "✓", "bad": "✕", "undecided": "?", "none": "–"}
+"""Sign of each tone of a verdict, as colour alone does not show a verdict."""
+
+_TEMPLATES = Path(__file__).parent / "templates"
 
 
 def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
@@ -43,68 +61,66 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
     `OSError` if a file cannot be written.
     """
     room = MAX_INLINE_FRAMES if room is None else room
-    inside: dict[str, str] = {}
+    blocks: dict[str, str] = {}
     written: list[Path] = []
-    scenes = []
-    for number, scene in enumerate(page.scenes):
-        rows = _rows(scene)
-        inside[f"boxes-{number}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
+    sequences = []
+    for index, sequence in enumerate(page.sequences):
+        rows = _rows(sequence)
+        blocks[f"boxes-{index}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
         if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
-            inside[f"shapes-{number}"] = compress(json.dumps(shapes).encode())
-        reels: dict[str, Sequence[Sequence[int]]] = {"full": scene.full}
-        for kind, film in _films(scene):
-            needed = sum(map(len, chain(*film)))
+            blocks[f"shapes-{index}"] = compress(json.dumps(shapes).encode())
+        chunk_sizes: dict[str, Sequence[Sequence[int]]] = {"full": sequence.full}
+        for kind, chunks in _frames_by_kind(sequence):
+            needed = sum(map(len, chain(*chunks)))
             fits = needed <= room
             room -= needed if fits else 0
-            for chunk, frames in enumerate(film):
-                name = f"{kind}-{number}-{chunk}"
+            for chunk_index, frames in enumerate(chunks):
+                name = f"{kind}-{index}-{chunk_index}"
                 if fits:
-                    inside[name] = b64encode(b"".join(frames)).decode()
+                    blocks[name] = b64encode(b"".join(frames)).decode()
                 else:
                     written.append(write_chunk(path, name, frames))
-            reels[kind] = [[len(frame) for frame in frames] for frames in film]
-        for place, take in enumerate(scene.takes):
-            if take.numbers:
-                name = f"numbers-{number}-{place}"
-                inside[name] = compress(json.dumps(take.numbers).encode())
-        scenes.append(_scene_data(scene, reels, shapes=bool(shapes)))
+            chunk_sizes[kind] = [[len(frame) for frame in frames] for frames in chunks]
+        for run_index, run in enumerate(sequence.runs):
+            if run.numbers:
+                name = f"numbers-{index}-{run_index}"
+                blocks[name] = compress(json.dumps(run.numbers).encode())
+        sequences.append(_sequence_data(sequence, chunk_sizes, has_shapes=bool(shapes)))
     data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
         "dashes": DASHES,
         "markers": MARKER_PATHS,
-        "shown": TOP,
-        "scenes": scenes,
-        "beside": quote(os.fsencode(_folder(path).name)),
+        "n_looped": TOP,
+        "sequences": sequences,
+        "folder": quote(os.fsencode(_folder(path).name)),
         "absent": ABSENT,
         "start": page.start.removeprefix("#"),
     }
     template = _environment().get_template("page.html")
-    text = template.render(page=page, data=data, blocks=inside, card_html=card_html)
+    text = template.render(page=page, data=data, blocks=blocks)
     text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
-    write_file(path, lambda file: file.write_text(text, encoding="utf-8"))
-    return [path, *written]
+    return [write_file(path, text), *written]
 
 
-def card_html(card: object) -> Markup:
-    """Return a card or a list of cards of `bench.pages.card_types`, a chart or a table as HTML."""
-    kind = f"{type(card[0]).__name__}s" if isinstance(card, list) else type(card).__name__
-    html: Markup = getattr(_environment().get_template("cards.html").module, kind)(card)
+def card(name: str, **values: object) -> Markup:
+    """Return a card as HTML: the macro of this name in `cards.html`, called with the values."""
+    html: Markup = getattr(_environment().get_template("cards.html").module, name)(**values)
     return html
 
 
-def _films(scene: PlayerScene) -> Iterator[tuple[str, Film]]:
-    """Yield name and film of the frames and of the weight maps of all runs."""
-    yield "thumbnails", scene.thumbnails
-    for number, take in enumerate(scene.takes):
-        for place, film in enumerate(take.maps.values()):
-            yield f"map{number}.{place}", film
+def _frames_by_kind(sequence: PlayerSequence) -> Iterator[tuple[str, FrameChunks]]:
+    """Yield the frames of a sequence, and the weight maps of its runs, with their names."""
+    yield "thumbnails", sequence.thumbnails
+    for run_index, run in enumerate(sequence.runs):
+        for map_index, chunks in enumerate(run.maps.values()):
+            yield f"map{run_index}.{map_index}", chunks
 
 
 @cache
 def _environment() -> Environment:
     environment = Environment(
-        loader=FileSystemLoader(_PARTS),
+        loader=FileSystemLoader(_TEMPLATES),
         autoescape=True,
         undefined=StrictUndefined,
         finalize=lambda value: one_line(value) if type(value) is str else value,
@@ -115,13 +131,14 @@ def _environment() -> Environment:
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
-        "part": lambda name: Markup((_PARTS / name).read_text("utf-8")),  # noqa: S704  # our file
+        "part": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
         "version": package_version(),
         "dashes": DASHES,
         "glossary": GLOSSARY,
-        "symbols": SYMBOLS,
+        "missing": MISSING,
+        "symbols": _SYMBOLS,
     }
     environment.filters |= {
         "score": lambda value: f"{value:.2f}" if isfinite(value) else MISSING,
@@ -132,8 +149,12 @@ def _environment() -> Environment:
         "divided": _divided,
         "texts": text_columns,
         "address": _address_of,
+        "player_link": player_link,
     }
-    environment.tests["finite_number"] = lambda value: value is not None and isfinite(value)
+    environment.tests |= {
+        "finite_number": lambda value: value is not None and isfinite(value),
+        "all_finite": lambda values: bool(np.isfinite(values).all()),
+    }
     return environment
 
 
@@ -153,11 +174,11 @@ def _divided(text: str) -> Markup:
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
     """Write frames as a script next to a page: a page on disk can load only scripts.
 
-    `name`: `full-SCENE-CHUNK`, both numbers. Raises `OSError` if the file cannot be written.
+    `name`: `full-SEQUENCE-CHUNK`, both indices. Raises `OSError` if the file cannot be written.
     """
     content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
     path = _folder(page) / f"{name}.js"
-    return write_file(path, lambda file: file.write_text(content, encoding="ascii"))
+    return write_file(path, content)
 
 
 def _folder(page: Path) -> Path:
@@ -171,33 +192,45 @@ def _address_of(picture: bytes) -> str:
     return f"data:image/{kind};base64,{b64encode(picture).decode()}"
 
 
-def _rows(scene: PlayerScene) -> list[tuple[NDArray[np.float64], Shapes]]:
+def _rows(sequence: PlayerSequence) -> list[tuple[NDArray[np.float64], Shapes]]:
     """Return boxes and shapes of a sequence: the ground truth first, then the runs."""
-    rows = [(scene.boxes, scene.shapes)]
-    for take in scene.takes:
-        rows.append((take.boxes, take.shapes))
-        rows += [] if take.revised is None else [(take.revised, {})]
+    rows = [(sequence.boxes, sequence.shapes)]
+    for run in sequence.runs:
+        rows.append((run.boxes, run.shapes))
+        rows += [] if run.revised is None else [(run.revised, {})]
     return rows
 
 
-def _scene_data(scene: PlayerScene, reels: Mapping[str, Any], *, shapes: bool) -> dict[str, Any]:
+def _sequence_data(
+    sequence: PlayerSequence, chunk_sizes: Mapping[str, Any], *, has_shapes: bool
+) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
-    takes = []
-    for take in scene.takes:
-        failure = one_line(take.failure.partition("\n")[0])
-        run = take.tracker, take.repetition, take.revised is not None, failure, take.round
-        segment = take.start, take.start_label, take.judged, take.marks
-        takes.append([*run, [*take.maps], bool(take.numbers), *segment])
+    numbers = sequence.frame_numbers
     return {
-        "name": scene.name,
-        "title": one_line(scene.name),
-        "frames": scene.frames,
-        "size": scene.size,
-        "first": scene.first,
-        "fps": scene.fps,
-        "why": one_line(scene.why),
-        "kept": None if scene.frame_numbers is None else list(scene.frame_numbers),
-        "shapes": shapes,
-        "reels": {kind: sizes for kind, sizes in reels.items() if sizes},
-        "takes": takes,
+        "name": sequence.name,
+        "title": one_line(sequence.name),
+        "n_frames": sequence.n_frames,
+        "size": sequence.size,
+        "first": sequence.first,
+        "fps": sequence.fps,
+        "reason": one_line(sequence.reason),
+        "frame_numbers": None if numbers is None else list(numbers),
+        "shapes": has_shapes,
+        "chunk_sizes": {kind: sizes for kind, sizes in chunk_sizes.items() if sizes},
+        "runs": [
+            {
+                "tracker": run.tracker,
+                "repetition": run.repetition,
+                "has_revised": run.revised is not None,
+                "failure": one_line(run.failure.partition("\n")[0]),
+                "is_ellipse": run.is_ellipse,
+                "maps": [*run.maps],
+                "numbers": bool(run.numbers),
+                "start": run.start,
+                "start_label": run.start_label,
+                "scored": run.scored,
+                "restarts": run.restarts,
+            }
+            for run in sequence.runs
+        ],
     }

@@ -1,22 +1,22 @@
 """Frames of a page, read from sequences that have not changed since their runs."""
 
 import os
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, nullcontext
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from functools import partial
 from itertools import accumulate, count
 from typing import Any, NamedTuple
 
 from trackmark import datasets
-from trackmark.bench.analysis.stored_runs import open_sequence
-from trackmark.bench.pages.content import Film
-from trackmark.bench.pages.player_frames import encode_film
+from trackmark.bench.execution.pool import map_in_workers
+from trackmark.bench.pages.content import FrameChunks
+from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.pages.player_layers import mask_shapes
+from trackmark.bench.store.runs import reopen_sequence
 
-Watch = Callable[[int, int | None], None]
+Progress = Callable[[int, int | None], None]
 """Callback with the number of processed frames and the number of all frames."""
 
-Keep = Callable[[str, Sequence[bytes]], object]
+ChunkWriter = Callable[[str, Sequence[bytes]], object]
 """Callback with the name and the frames of a chunk that is stored next to the page."""
 
 THUMBNAIL = 160
@@ -29,63 +29,61 @@ _MIN_FRAMES_FOR_WORKERS = 1500
 _OPENING_COST = 60  # time to open a synthetic sequence, in frames
 
 
-class Filmed(NamedTuple):
+class SequenceFrames(NamedTuple):
     """Frames of a sequence, or the reason why there are none."""
 
-    thumbnails: Film = ()
+    thumbnails: FrameChunks = ()
     full: Sequence[Sequence[int]] = ()  # sizes of full-size frames [bytes]
-    why: str = ""
+    reason: str = ""
     shapes: Mapping[int, Mapping[str, Any]] = {}  # ground-truth masks, which may not be stored
 
 
-def film_all(
+def encode_frames(
     rows: Sequence[tuple[Mapping[str, Any], Sequence[int]]],
-    watch: Watch,
-    keep: Keep | None = None,
+    progress: Progress,
+    write_chunk: ChunkWriter | None = None,
     height: int = THUMBNAIL,
-) -> Iterator[Filmed]:
-    """Yield the frames of sequences.
+) -> Iterator[SequenceFrames]:
+    """Yield the frames of sequences, with a height [px] of at most `height` inside the page.
 
-    `rows`: row of any run on each sequence, and its frame numbers. `keep`: receives full-size
-    frames; it can be pickled. `height`: maximum height of the frames inside the page [px].
+    Each of `rows` has the row of any run on a sequence and the indices of its frames. Full-size
+    frames are passed to `write_chunk`, which worker processes call and which can thus be pickled.
     """
     names = "sequence", "source", "truth", "fingerprint"
     sources = [{name: row[name] for name in names} for row, _ in rows]
-    numbers = [frames for _, frames in rows]
-    ends = [*accumulate(map(len, numbers))]
-    film_one = partial(_film, keep=keep, height=height)
-    if len(rows) < 2 or ends[-1] + _OPENING_COST * len(rows) < _MIN_FRAMES_FOR_WORKERS:
-        films = map(film_one, count(), sources, numbers)
-        workers: AbstractContextManager[object] = nullcontext()
-    else:
-        from loky import ProcessPoolExecutor
-
-        workers = pool = ProcessPoolExecutor(min(os.cpu_count() or 1, len(rows)))
-        films = pool.map(film_one, range(len(rows)), sources, numbers)
-    with workers:
-        for end, filmed in zip(ends, films, strict=False):
-            watch(end, ends[-1])
-            yield filmed
+    frames_of = [frames for _, frames in rows]
+    ends = [*accumulate(map(len, frames_of))]
+    encode_one = partial(_encode_sequence, write_chunk=write_chunk, height=height)
+    requests = [*zip(count(), sources, frames_of, strict=False)]
+    frames_by_sequence: Iterable[SequenceFrames] = map(encode_one, requests)
+    if len(rows) > 1 and ends[-1] + _OPENING_COST * len(rows) >= _MIN_FRAMES_FOR_WORKERS:
+        n_workers = min(os.cpu_count() or 1, len(rows))
+        frames_by_sequence = map_in_workers(encode_one, requests, n_workers)
+    for end, sequence_frames in zip(ends, frames_by_sequence, strict=True):
+        progress(end, ends[-1])
+        yield sequence_frames
 
 
-def _film(
-    number: int, row: Mapping[str, Any], frames: Sequence[int], *, keep: Keep | None, height: int
-) -> Filmed:
-    """Read and encode the frames of a sequence."""
+def _encode_sequence(
+    request: tuple[int, Mapping[str, Any], Sequence[int]],
+    *,
+    write_chunk: ChunkWriter | None,
+    height: int,
+) -> SequenceFrames:
+    """Read and encode the frames of a sequence: its index, its row and the frames."""
+    index, row, frames = request
     if not frames:
-        return Filmed()
-    sequence = open_sequence(row)
-    if isinstance(sequence, str):
-        return Filmed(why=f"No frames: {sequence}")
+        return SequenceFrames()
     sizes = []
     try:
-        thumbnails = list(encode_film((sequence[frame] for frame in frames), height))
+        sequence = reopen_sequence(row)
+        thumbnails = list(encode_images((sequence[frame] for frame in frames), height))
         shapes = mask_shapes((frame, sequence.mask(frame)) for frame in frames)
-        if keep is not None:
+        if write_chunk is not None:
             images = (sequence[frame] for frame in frames)
-            for chunk, encoded in enumerate(encode_film(images, quality=_FULL_QUALITY)):
-                keep(f"full-{number}-{chunk}", encoded)
+            for chunk_index, encoded in enumerate(encode_images(images, quality=_FULL_QUALITY)):
+                write_chunk(f"full-{index}-{chunk_index}", encoded)
                 sizes.append([len(frame) for frame in encoded])
     except datasets.SequenceError as error:
-        return Filmed(why=f"No frames: {error}")
-    return Filmed(thumbnails, sizes, shapes=shapes)
+        return SequenceFrames(reason=f"No frames: {error}")
+    return SequenceFrames(thumbnails, sizes, shapes=shapes)

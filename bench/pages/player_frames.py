@@ -27,7 +27,7 @@ _THUMBNAIL_SIZE = 88, 66  # pixels
 _EFFORT = 2  # effort of the WebP encoder, 0 to 6: more takes much longer and saves little
 
 
-def encode_film(
+def encode_images(
     images: Iterable[NDArray[np.uint8] | None], height: int | None = None, quality: int = 60
 ) -> Iterator[list[bytes]]:
     """Encode BGR images as WebP in parallel; yield chunks of frames in order.

@@ -10,8 +10,8 @@ from numpy.typing import NDArray
 from trackmark.bench.analysis.outlines import mask_outlines
 from trackmark.bench.evaluation.recorder import MAP
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.pages.content import Film
-from trackmark.bench.pages.player_frames import encode_film
+from trackmark.bench.pages.content import FrameChunks
+from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.store.truth import StoredTruth
 
 _MAX_PARTICLES = 300  # per frame, approximately
@@ -31,10 +31,10 @@ def shapes(run: Run) -> dict[int, dict[str, Any]]:
     return shapes_by_frame
 
 
-def true_shapes(stored: StoredTruth) -> dict[int, dict[str, Any]]:
+def true_shapes(truth: StoredTruth) -> dict[int, dict[str, Any]]:
     """Return outlines of the ground truth by frame, if it is more than a box."""
     shapes_by_frame = {}
-    for frame, shape in enumerate(stored.shapes or ()):
+    for frame, shape in enumerate(truth.shapes or ()):
         if shape is not None:
             is_mask = shape.dtype == np.bool_
             kind, lines = ("masks", _outlines(shape)) if is_mask else ("contours", [_points(shape)])
@@ -47,7 +47,7 @@ def mask_shapes(masks: Iterable[tuple[int, NDArray[np.bool_] | None]]) -> dict[i
     return {frame: {"masks": _outlines(mask)} for frame, mask in masks if mask is not None}
 
 
-def maps(run: Run) -> dict[str, Film]:
+def maps(run: Run) -> dict[str, FrameChunks]:
     """Return weight maps in false colours by name; frames without a map are empty."""
     levels_by_name: dict[str, dict[int, NDArray[np.uint8]]] = {}
     for frame, arrays in run.arrays.items():
@@ -60,7 +60,7 @@ def maps(run: Run) -> dict[str, Film]:
     n = len(run.boxes)
     return {
         name: list(
-            encode_film((_coloured(levels.get(frame)) for frame in range(n)), _MAX_MAP_HEIGHT)
+            encode_images((_coloured(levels.get(frame)) for frame in range(n)), _MAX_MAP_HEIGHT)
         )
         for name, levels in levels_by_name.items()
     }

@@ -12,23 +12,29 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.analysis.outlines import is_round
-from trackmark.bench.analysis.stored_runs import StoredRun
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trace
+from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.metrics.preset import FrameState
-from trackmark.bench.pages.content import PlayerRun, PlayerScene
-from trackmark.bench.pages.page_frames import THUMBNAIL, Filmed, Keep, Watch, film_all
+from trackmark.bench.pages.content import PlayerRun, PlayerSequence
+from trackmark.bench.pages.page_frames import (
+    THUMBNAIL,
+    ChunkWriter,
+    Progress,
+    SequenceFrames,
+    encode_frames,
+)
 from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
-from trackmark.bench.protocols import STORED_ONE_PASS
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.charts import PlayerPosition
 
 _SUPERVISION = {
     FrameState.SKIPPED: "skipped",
-    FrameState.INITIALISED: "initialised with the true box",
+    FrameState.INITIALISED: "initialised with the ground-truth box",
     FrameState.FAILED: "failed",
 }
 """Labels of the states of frames in supervised runs, except tracking."""
@@ -53,31 +59,56 @@ class ThresholdShares(NamedTuple):
 class PageRun:
     """Run or segment of a run with its scores by frame."""
 
-    take: PlayerRun
+    player_run: PlayerRun
     end: int  # last frame with a box
-    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not judged
+    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not scored
     shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
-    worst: Mapping[tuple[str, Trace], tuple[float, int]]  # badness and frame, by `PageRuns.place`
+    worst: Mapping[tuple[str, Trajectory], tuple[float, int]]  # severity and frame, see `_worst`
+
+    @property
+    def tracker(self) -> int:
+        """Index of the tracker."""
+        return self.player_run.tracker
+
+    @property
+    def failure(self) -> str:
+        """Reason of a failed run."""
+        return self.player_run.failure
+
+    @property
+    def severity(self) -> float:
+        """Negative mean overlap of the online boxes; infinite for failed runs."""
+        return self.worst["overlap", "online"][0]
+
+    @property
+    def worst_frame(self) -> int:
+        """Frame in which the target was lost, or else that of the lowest overlap."""
+        return self.worst["overlap", "online"][1]
+
+    def position(self, sequence: int, frame: int) -> PlayerPosition:
+        """Return the position of a frame of this run on the sequence with an index."""
+        run = self.player_run
+        return PlayerPosition(sequence, run.tracker, run.repetition, frame, run.start)
 
 
 @dataclass
 class SequenceRuns:
-    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are judged."""
+    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are scored."""
 
     row: Mapping[str, Any]
-    stored: StoredTruth
+    full_truth: StoredTruth
     truth: Array
-    clips: list[PageRun] = field(default_factory=list)  # of one-pass runs
-    others: list[PageRun] = field(default_factory=list)  # of runs by other protocols
+    one_pass: list[PageRun] = field(default_factory=list)
+    others: list[PageRun] = field(default_factory=list)  # by other protocols
 
     @property
     def name(self) -> str:
         """Name of the sequence."""
         return str(self.row["sequence"])
 
-    def clips_of(self, tracker: int) -> list[PageRun]:
+    def one_pass_of(self, tracker: int) -> list[PageRun]:
         """Return the one-pass runs of a tracker."""
-        return [clip for clip in self.clips if clip.take.tracker == tracker]
+        return [run for run in self.one_pass if run.tracker == tracker]
 
 
 @dataclass(frozen=True)
@@ -86,90 +117,98 @@ class PageRuns:
 
     trackers: Sequence[str]  # of one-pass runs
     labels: Sequence[str]  # trackers, then labels of runs by other protocols: `name_on_page`
-    stages: Sequence[SequenceRuns]
-    circumstances: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
+    sequences: Sequence[SequenceRuns]
+    metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
-    def place(
-        self, tracker: str, sequence: str | None, kind: str, trace: Trace = "online"
+    def worst_position(
+        self, tracker: str, sequence: str | None, kind: str, trajectory: Trajectory = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence or on all.
 
-        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trace`: `online`
-        replaces `revised` for runs without revised boxes.
+        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trajectory`:
+        `online` replaces `revised` for runs without revised boxes.
         """
-        names = [stage.name for stage in self.stages] if sequence is None else [sequence]
-        return self.worst_of(tracker, names, kind, trace)
+        names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
+        return self.worst_position_on(tracker, names, kind, trajectory)
 
-    def worst_of(
-        self, tracker: str, sequences: Sequence[str], kind: str, trace: Trace = "online"
+    def worst_position_on(
+        self, tracker: str, sequences: Sequence[str], kind: str, trajectory: Trajectory = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
-        for wanted in (trace, "online"):
-            worst = [self._worst.get((tracker, name, kind, wanted)) for name in sequences]
+        for source in (trajectory, "online"):
+            worst = [self._worst.get((tracker, name, kind, source)) for name in sequences]
             if any(worst):
                 return max(filter(None, worst), key=itemgetter(0))[1]
         return None
 
     @cached_property
-    def _worst(self) -> dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]]:
-        """Badness and worst frame of the worst run, by tracker, sequence, kind and trace."""
-        worst: dict[tuple[str, str, str, Trace], tuple[float, PlayerPosition]] = {}
-        for position, stage in enumerate(self.stages):
-            for clip in (*stage.clips, *stage.others):
-                take = clip.take
-                for (kind, trace), (badness, frame) in clip.worst.items():
-                    place = PlayerPosition(position, take.tracker, take.repetition, frame)
-                    place = place._replace(start=take.start, revised=trace == "revised")
-                    key = self.labels[take.tracker], stage.name, kind, trace
-                    if key not in worst or badness > worst[key][0]:
-                        worst[key] = badness, place
+    def _worst(self) -> dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]]:
+        """Severity and worst frame of the worst run, by tracker, sequence, kind and trajectory."""
+        worst: dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]] = {}
+        for index, sequence_runs in enumerate(self.sequences):
+            for run in (*sequence_runs.one_pass, *sequence_runs.others):
+                for (kind, trajectory), (severity, frame) in run.worst.items():
+                    key = self.labels[run.tracker], sequence_runs.name, kind, trajectory
+                    if key not in worst or severity > worst[key][0]:
+                        position = run.position(index, frame)
+                        worst[key] = severity, position._replace(revised=trajectory == "revised")
         return worst
 
 
 def name_on_page(tracker: str, protocol: str) -> str:
     """Return the label of a tracker's runs by a protocol."""
-    return tracker if protocol == STORED_ONE_PASS else f"{tracker} ({protocol})"
+    return tracker if protocol == ONE_PASS else f"{tracker} ({protocol})"
 
 
 def collect_runs(
-    runs: Iterable[StoredRun], trackers: Sequence[str], with_numbers: bool = False
+    runs: Iterable[RunWithTruth], trackers: Sequence[str], with_numbers: bool = False
 ) -> PageRuns:
     """Score runs for a page.
 
     `trackers`: trackers in the order of their colours; others follow.
     """
     names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
-    stages: dict[str, SequenceRuns] = {}
-    circumstances: dict[str, Mapping[str, Any]] = {}
-    for row, run, stored in runs:
-        truth = np.asarray(select_ground_truth(stored, run.identity.init, row["sequence"]).boxes)
-        stage = stages.setdefault(row["sequence"], SequenceRuns(row, stored, truth))
-        if row["fingerprint"] != stage.row["fingerprint"]:
+    by_sequence: dict[str, SequenceRuns] = {}
+    metadata: dict[str, Mapping[str, Any]] = {}
+    for row, run, full_truth in runs:
+        truth = np.asarray(
+            select_ground_truth(full_truth, run.identity.init, row["sequence"]).boxes
+        )
+        sequence_runs = by_sequence.setdefault(
+            row["sequence"], SequenceRuns(row, full_truth, truth)
+        )
+        if row["fingerprint"] != sequence_runs.row["fingerprint"]:
             continue  # the run is stale: the sequence has changed since; tables report it
-        if row["protocol"] == STORED_ONE_PASS:
+        if row["protocol"] == ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
             number = names.index(row["tracker"])
-            stage.clips.append(_judge(truth, _RunPart(run), row, number, with_numbers))
+            sequence_runs.one_pass.append(
+                _page_run(truth, _Segment(run), row, number, with_numbers)
+            )
         else:
             others.append((row, run))
-        entry = {key: run.circumstances.get(key) for key in ("host", "platform", "python")}
-        entry |= {"libraries": run.circumstances.get("libraries") or {}}
-        entry |= {"date": str(run.circumstances.get("date", ""))[:10]}
-        circumstances[json.dumps(entry, sort_keys=True, default=str)] = entry
+        entry = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
+        entry |= {"libraries": run.metadata.get("libraries") or {}}
+        entry |= {"date": str(run.metadata.get("date", ""))[:10]}
+        metadata[json.dumps(entry, sort_keys=True, default=str)] = entry
     labels = list(names)
     for row, run in others:
         name = name_on_page(row["tracker"], row["protocol"])
         if name not in labels:
             labels.append(name)
-        stage, number = stages[row["sequence"]], labels.index(name)
+        sequence_runs, number = by_sequence[row["sequence"]], labels.index(name)
         if run.segments:
-            parts = _split_segments(run, stage.truth)
-            stage.others += [_judge(stage.truth, part, row, number, False) for part in parts]
+            segments = _split_segments(run, sequence_runs.truth)
+            sequence_runs.others += [
+                _page_run(sequence_runs.truth, segment, row, number, False) for segment in segments
+            ]
         else:
-            part = _from_other_protocol(run, stage.truth)
-            stage.others.append(_judge(stage.truth, part, row, number, with_numbers))
-    return PageRuns(names, labels, list(stages.values()), list(circumstances.values()))
+            segment = _from_other_protocol(run, sequence_runs.truth)
+            sequence_runs.others.append(
+                _page_run(sequence_runs.truth, segment, row, number, with_numbers)
+            )
+    return PageRuns(names, labels, list(by_sequence.values()), list(metadata.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
@@ -177,69 +216,69 @@ def _present(boxes: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(boxes).all(axis=1))
 
 
-class _RunPart(NamedTuple):
+class _Segment(NamedTuple):
     """Run over all frames, or a segment of a run.
 
-    `judged`: which frames are scored, shape (n,); None for one-pass runs.
+    `scored`: which frames are scored, shape (n,); None for one-pass runs.
     """
 
     run: Run
-    judged: NDArray[np.bool_] | None = None
+    scored: NDArray[np.bool_] | None = None
     start: int = 0
     start_label: str = ""
     marks: Sequence[int] = ()
     numbers: Mapping[str, Sequence[float | str | None]] = {}
 
 
-def _split_segments(run: Run, truth: Array) -> Iterator[_RunPart]:
-    """Yield the segments of a run; the initialisation of a segment is not judged."""
+def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
+    """Yield the segments of a run; the initialisation of a segment is not scored."""
     n, present = len(truth), _present(truth)
     bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
     pieces = np.split(run.boxes, bounds)
     for start, (frames, boxes) in enumerate(zip(run.segments, pieces, strict=True)):
-        whole, judged = np.full((n, 4), np.nan), np.zeros(n, bool)
-        whole[frames], judged[frames] = boxes, True
-        judged[frames[present[frames]][:1]] = False
+        whole, scored = np.full((n, 4), np.nan), np.zeros(n, bool)
+        whole[frames], scored[frames] = boxes, True
+        scored[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
         start_label = f"{start + 1}: from frame {frames[0]}{back}"
-        part = replace(run, boxes=whole, details={}, arrays={}, segments=())
-        yield _RunPart(part, judged, start, start_label)
+        run_of_segment = replace(run, boxes=whole, details={}, arrays={}, segments=())
+        yield _Segment(run_of_segment, scored, start, start_label)
 
 
-def _from_other_protocol(run: Run, truth: Array) -> _RunPart:
+def _from_other_protocol(run: Run, truth: Array) -> _Segment:
     """Return a run over all frames by another protocol, with restarts and late estimates."""
-    judged, marks = np.ones(len(truth), bool), list[int]()
-    judged[np.flatnonzero(_present(truth))[:1]] = False
+    scored, marks = np.ones(len(truth), bool), list[int]()
+    scored[np.flatnonzero(_present(truth))[:1]] = False
     numbers_by_name: dict[str, list[float | str | None]] = {}
-    if run.source_frames is not None:
-        answered = [None if frame < 0 else frame for frame in run.source_frames.tolist()]
-        numbers_by_name["estimate for frame"] = answered
+    if run.estimate_frames is not None:
+        estimate_frames = [None if frame < 0 else frame for frame in run.estimate_frames.tolist()]
+        numbers_by_name["estimate_frame"] = estimate_frames
     if run.states is not None:
-        judged &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
+        scored &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
         numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
-    return _RunPart(run, judged, marks=marks, numbers=numbers_by_name)
+    return _Segment(run, scored, marks=marks, numbers=numbers_by_name)
 
 
-def _judge(
-    truth: Array, part: _RunPart, row: Mapping[str, Any], tracker: int, with_numbers: bool
+def _page_run(
+    truth: Array, segment: _Segment, row: Mapping[str, Any], tracker: int, with_numbers: bool
 ) -> PageRun:
-    """Compute the scores of a part of a run by frame."""
-    run, one_pass = part.run, part.judged is None
-    judged = np.flatnonzero(_present(truth))[1:]
-    if part.judged is not None:
-        judged = np.flatnonzero(_present(truth) & part.judged)
-    exact = overlap(truth[judged], run.boxes[judged])
+    """Compute the scores of a run or of one of its segments by frame."""
+    run, one_pass = segment.run, segment.scored is None
+    scored = np.flatnonzero(_present(truth))[1:]
+    if segment.scored is not None:
+        scored = np.flatnonzero(_present(truth) & segment.scored)
+    exact = overlap(truth[scored], run.boxes[scored])
     overlaps = np.full(len(run.boxes), np.nan, np.float32)
-    overlaps[judged] = exact
+    overlaps[scored] = exact
     shares = {}
-    if row["status"] == "finished" and len(judged) and one_pass:
-        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[judged, None]
-        shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, judged)
-        shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, judged)
+    if row["status"] == "finished" and len(scored) and one_pass:
+        hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[scored, None]
+        shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, scored)
+        shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, scored)
     boxes_at = np.flatnonzero(_present(run.boxes))
     end = int(boxes_at[-1]) if len(boxes_at) else 0
-    take = PlayerRun(
+    player_run = PlayerRun(
         tracker,
         int(row["repetition"]),
         run.boxes,
@@ -248,13 +287,13 @@ def _judge(
         is_round(run),
         shapes(run),
         maps(run),
-        {**part.numbers, **(numbers(run) if with_numbers else {})},
-        part.start,
-        part.start_label,
-        [] if part.judged is None else _spans(part.judged),
-        part.marks,
+        {**segment.numbers, **(numbers(run) if with_numbers else {})},
+        segment.start,
+        segment.start_label,
+        [] if segment.scored is None else _spans(segment.scored),
+        segment.marks,
     )
-    return PageRun(take, end, overlaps, shares, _worst(truth, run, row, judged, end))
+    return PageRun(player_run, end, overlaps, shares, _worst(truth, run, row, scored, end))
 
 
 def _threshold_shares(
@@ -266,24 +305,28 @@ def _threshold_shares(
 
 
 def _worst(
-    truth: Array, run: Run, row: Mapping[str, Any], judged: Frames, end: int
-) -> dict[tuple[str, Trace], tuple[float, int]]:
-    """Return the badness (larger is worse) and the worst frame of a run, by kind and trace."""
+    truth: Array, run: Run, row: Mapping[str, Any], scored: Frames, end: int
+) -> dict[tuple[str, Trajectory], tuple[float, int]]:
+    """Return the severity (larger is worse) and the worst frame of a run by kind and trajectory."""
     kinds = "overlap", "centre_error", "loss"
-    if run.failure or not len(judged):
+    if run.failure or not len(scored):
         return {(kind, "online"): (inf, end) for kind in kinds}
-    traces: tuple[Trace, ...] = ("online",) if run.revised is None else ("online", "revised")
-    worst: dict[tuple[str, Trace], tuple[float, int]] = {}
-    for trace in traces:
-        boxes = run.boxes_in(trace)[judged]
-        overlaps = np.nan_to_num(overlap(truth[judged], boxes))
-        distance = np.nan_to_num(centre_error(truth[judged], boxes), nan=np.inf, posinf=np.inf)
-        first = row["scores"].get(f"{REVISED}first_loss" if trace == "revised" else "first_loss")
+    trajectories: tuple[Trajectory, ...] = (
+        ("online",) if run.revised is None else ("online", "revised")
+    )
+    worst: dict[tuple[str, Trajectory], tuple[float, int]] = {}
+    for trajectory in trajectories:
+        boxes = run.boxes_in(trajectory)[scored]
+        overlaps = np.nan_to_num(overlap(truth[scored], boxes))
+        distance = np.nan_to_num(centre_error(truth[scored], boxes), nan=np.inf, posinf=np.inf)
+        first = row["scores"].get(
+            f"{REVISED}first_loss" if trajectory == "revised" else "first_loss"
+        )
         first = len(run.boxes) if first is None else int(first)
-        by_overlap = first if first in judged else int(judged[np.argmin(overlaps)])
-        worst["overlap", trace] = -float(overlaps.mean()), by_overlap
-        worst["centre_error", trace] = float(distance.mean()), int(judged[np.argmax(distance)])
-        worst["loss", trace] = -float(first), min(first, int(judged[-1]))
+        by_overlap = first if first in scored else int(scored[np.argmin(overlaps)])
+        worst["overlap", trajectory] = -float(overlaps.mean()), by_overlap
+        worst["centre_error", trajectory] = float(distance.mean()), int(scored[np.argmax(distance)])
+        worst["loss", trajectory] = -float(first), min(first, int(scored[-1]))
     return worst
 
 
@@ -294,40 +337,42 @@ def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
 
 
-def scenes(
+def player_sequences(
     runs: PageRuns,
-    watch: Watch,
-    keep: Keep | None = None,
+    progress: Progress,
+    write_chunk: ChunkWriter | None = None,
     height: int = THUMBNAIL,
     selected: Sequence[Sequence[int]] | None = None,
-) -> Iterator[PlayerScene]:
+) -> Iterator[PlayerSequence]:
     """Yield the sequences with all frames, or with the `selected` frames of each, in order.
 
-    See `film_all` for the other parameters.
+    See `encode_frames` for the other parameters.
     """
-    frames = selected or [range(len(stage.truth)) for stage in runs.stages]
-    rows = [(stage.row, its) for stage, its in zip(runs.stages, frames, strict=True)]
-    films = film_all(rows, watch, keep, height)
-    for stage, its, filmed in zip(runs.stages, frames, films, strict=True):
-        yield _scene(stage, filmed, its)
+    frames = selected or [range(len(sequence.truth)) for sequence in runs.sequences]
+    rows = [sequence.row for sequence in runs.sequences]
+    encoded = encode_frames([*zip(rows, frames, strict=True)], progress, write_chunk, height)
+    for sequence, indices, sequence_frames in zip(runs.sequences, frames, encoded, strict=True):
+        yield _player_sequence(sequence, sequence_frames, indices)
 
 
-def _scene(stage: SequenceRuns, filmed: Filmed, frames: Sequence[int]) -> PlayerScene:
+def _player_sequence(
+    sequence_runs: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
+) -> PlayerSequence:
     """Return a sequence for the player."""
-    stored = stage.stored
-    present = np.flatnonzero(_present(stored.boxes))
-    return PlayerScene(
-        name=stage.name,
-        size=stored.image_size or _extent(stored.boxes),
-        boxes=stage.truth,
-        takes=[clip.take for clip in (*stage.clips, *stage.others)],
-        thumbnails=filmed.thumbnails,
-        full=filmed.full,
-        why=filmed.why,
-        frame_numbers=None if len(frames) == len(stage.truth) else frames,
-        fps=stored.fps,
+    truth = sequence_runs.full_truth
+    present = np.flatnonzero(_present(truth.boxes))
+    return PlayerSequence(
+        name=sequence_runs.name,
+        size=truth.image_size or _extent(truth.boxes),
+        boxes=sequence_runs.truth,
+        runs=[page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.others)],
+        thumbnails=sequence_frames.thumbnails,
+        full=sequence_frames.full,
+        reason=sequence_frames.reason,
+        frame_numbers=None if len(frames) == len(sequence_runs.truth) else frames,
+        fps=truth.fps,
         first=int(present[0]) if len(present) else 0,
-        shapes={**filmed.shapes, **true_shapes(stored)},
+        shapes={**sequence_frames.shapes, **true_shapes(truth)},
     )
 
 

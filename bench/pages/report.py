@@ -4,32 +4,32 @@ import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import pandas as pd
+from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
 from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.analysis.comparison import Comparison
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import Answer
-from trackmark.bench.analysis.failed_runs import failed_runs, with_worst_scores
+from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
-from trackmark.bench.analysis.stored_runs import judged_runs
+from trackmark.bench.analysis.score_tables import with_not_run
 from trackmark.bench.analysis.times import time_mark, time_notes, with_times
-from trackmark.bench.evaluation.run_record import Trace
-from trackmark.bench.pages.card_types import GLOSSARY, Fold
+from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
-    failures,
-    hardest_moments,
-    heat_table,
     leaderboard,
+    lost_runs,
+    overlap_matrix,
     pair_matrix,
     sequence_folds,
+    worst_frames,
 )
 from trackmark.bench.pages.charts import (
     share_charts,
@@ -37,18 +37,16 @@ from trackmark.bench.pages.charts import (
     survival_charts,
     timeline_charts,
 )
-from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerScene
-from trackmark.bench.pages.page import write_chunk, write_page
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.pages.parts_table import parts_table
-from trackmark.bench.pages.player_runs import collect_runs, name_on_page, scenes
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.truth import find_attributes
+from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence
+from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import collect_runs, name_on_page, player_sequences
+from trackmark.bench.pages.subset_table import subset_table
+from trackmark.bench.protocols import ONE_PASS, TIMING
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
-from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.svg import CROWDED
-from trackmark.reports.tables import MISSING, Table, complete, text_table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 if TYPE_CHECKING:
     from trackmark.bench.pages.report_figures import FigureFiles
@@ -78,67 +76,64 @@ class Commands:
 
 
 def write_report_page(
-    experiment: Path,
+    runs: Runs,
     path: Path,
     tables: Sequence[Table],
     title: str,
     commands: Commands,
-    watch: Watch,
+    progress: Progress,
     *,
     full: bool = False,
     figures: "FigureFiles | None" = None,
 ) -> list[Path]:
-    """Write the page of an experiment's results, and return its files.
+    """Write the page of an experiment's results with the tables of its report; return its files.
 
-    `tables`: tables of the report. `watch`: called with the number of frames that were read and of
-    all frames. `full`: also write frames in full size. `figures`: also write figures and film
-    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
-    written.
+    While frames are read, `progress` gets their number and that of all frames. With `full`, frames
+    are also written in full size, and with `figures`, figures and film strips. Raises
+    `ResultsError` if results cannot be read and `OSError` if a file cannot be written.
     """
-    content = _Content(experiment, tables, commands)
-    keep = partial(write_chunk, path) if full else None
-    page = content.page(title, list(scenes(content.runs, watch, keep)))
+    content = _Content(runs, tables, commands)
+    chunk_writer = partial(write_chunk, path) if full else None
+    page = content.page(title, list(player_sequences(content.page_runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
 
         charts = [*content.curves, *content.speed, *content.survival]
-        paths += write_figures(experiment, path.parent, figures, title, charts, content.runs)
+        paths += write_figures(runs, path.parent, figures, title, charts, content.page_runs)
     return paths
 
 
 class _Content:
     """Runs, tables and commands from which the sections of a page are built."""
 
-    def __init__(self, experiment: Path, tables: Sequence[Table], commands: Commands) -> None:
-        self.experiment, self.commands = experiment, commands
+    def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
+        self.runs, self.commands = runs, commands
         self.tables = {table.name: table for table in tables}
-        self.all_runs = with_worst_scores(experiment, load_runs(experiment))
-        self.scored = complete(self.all_runs[self.all_runs["protocol"] == STORED_ONE_PASS])
-        self.timed = self.all_runs[self.all_runs["protocol"] == TIMING]
+        self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
+        self.timed = runs.timed
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
             means = self.scored.groupby("tracker")["mean_overlap"].mean().fillna(0)
             names.sort(key=lambda name: -means[name])
-        self.runs = collect_runs(judged_runs(experiment), names)
+        self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.whole = [name for name in names if name not in incomplete]
-        self.occurring = find_attributes(experiment, self.scored[is_finished])
         self.failed, self.left_out = failed_runs(self.scored)
         self.summary: Table | None = None
         if len(self.scored):
             summary = self.tables.get("summary")
             self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.answer = self._compare()
-        self.curves = share_charts(self.runs, self.whole)
+        self.curves = share_charts(self.page_runs, self.whole)
         self.speed: list[Any] = []
         self.time_mark, self.time_notes = "", []
         if self.summary is not None:
             _, measured = with_times(self.scored, self.timed)
             self.time_mark, self.time_notes = time_mark(measured), time_notes(measured)
-            self.speed = speed_charts(self.summary, self.runs)
-        self.survival = survival_charts(self.scored, self.runs)
+            self.speed = speed_charts(self.summary, self.page_runs)
+        self.survival = survival_charts(self.scored, self.page_runs)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
@@ -146,15 +141,16 @@ class _Content:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
         try:
             (heading, details), comparison = answer_on(
-                self.all_runs,
+                self.runs.scored(DEFAULT_METRICS, ONE_PASS),
+                self.timed,
                 means_by_tracker(self.summary),
-                attributes=self.occurring,
-                same_boxes=same_boxes(self.experiment, self.all_runs),
-                not_repeatable=not_repeatable(self.all_runs),
+                attributes=self.runs.attributes,
+                same_boxes=same_boxes(self.runs),
+                not_repeatable=not_repeatable(self.runs.table),
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
-        details = (*details, *corner_boxes(self.experiment, self.all_runs))
+        details = (*details, *corner_boxes(self.runs))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             text = f"{n_failed} of {len(self.scored)} runs failed"
@@ -166,66 +162,76 @@ class _Content:
     @cached_property
     def protocols(self) -> list[str]:
         """Stored names of the protocols other than one-pass, longest first."""
-        stored = {*map(str, self.all_runs["protocol"])} - {STORED_ONE_PASS, TIMING}
-        return sorted(stored, key=len, reverse=True)
+        others = [name for name in self.runs.protocols if name != ONE_PASS]
+        return sorted(others, key=len, reverse=True)
 
-    def page(self, title: str, filmed: Sequence[PlayerScene]) -> Page:
-        """Return the page; `filmed`: the sequences with their frames."""
-        heading, details = self.answer
-        page = Page(title, [], self.runs.labels, filmed)
-        page = replace(page, meta=self._counts(), answer=heading, details=details)
-        return replace(page, sections=[*self._sections(page)])
+    def page(self, title: str, sequences: Sequence[PlayerSequence]) -> Page:
+        """Return the page; `sequences` have their frames."""
+        return Page(
+            title,
+            [*self._sections(sequences)],
+            self.page_runs.labels,
+            sequences,
+            meta=self._counts(),
+            answer=self.answer.heading,
+            details=self.answer.details,
+        )
 
-    def _sections(self, page: Page) -> Iterator[PageSection]:
+    def _sections(self, sequences: Sequence[PlayerSequence]) -> Iterator[PageSection]:
         """Yield the sections in the order of the page."""
-        runs, filmed, summary = self.runs, page.scenes, self.summary
-        sheets = {name: self._sheet(table) for name, table in self.tables.items()}
+        runs, summary = self.page_runs, self.summary
+        score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
-        if summary is not None and runs.stages:
+        if summary is not None and runs.sequences:
             board = leaderboard(summary, runs, self.failed, self.time_mark, self.time_notes)
-            yield PageSection("summary", "Leaderboard", blocks=[board], span=7)
+            yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
-            yield PageSection("curves", "Success and precision", blocks=[self.curves], span=5)
-        if hardest := hardest_moments(runs, filmed):
-            yield PageSection("hard", "Hardest moments", blocks=[hardest], span=7)
+            cards = [card("charts", charts=self.curves)]
+            yield PageSection("curves", "Success and precision", cards, span=5)
+        if worst := worst_frames(runs, sequences):
+            yield PageSection("worst", "Worst frames", [worst], span=7)
         if summary is not None and self.means.notna().any(axis=None):
-            heat, title = heat_table(self.means, summary, runs, filmed), "Sequences by trackers"
-            yield PageSection("heat", title, blocks=[heat], span=half, nav="Sequences")
+            matrix = overlap_matrix(self.means, summary, runs, sequences)
+            title = "Sequences by trackers"
+            yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
         if compared is not None and compared.pairs and len(compared.scores) <= _MAX_PAIRED:
             limit = next((text for text in self.answer.details if "too few" in text), "")
-            pairs, title = pair_matrix(compared, runs, limit), "Who beats whom"
-            yield PageSection("answers", title, blocks=[pairs], span=half, nav="Comparison")
+            pairs, title = pair_matrix(compared, runs, limit), "Pairwise comparison"
+            yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
-            yield PageSection("speed", "Speed and accuracy", blocks=self.speed, span=6, nav="Speed")
-        if cards := failures(runs, filmed):
-            title, block = cards
+            cards = [card("chart", chart=chart) for chart in self.speed]
+            yield PageSection("speed", "Speed and accuracy", cards, span=6, nav="Speed")
+        if lost := lost_runs(runs, sequences):
+            title, entries = lost
             caption = (
-                "Lost: the centre is outside the true box for ten visible frames in a row. At most "
-                "six runs are shown, first the worst of each tracker."
+                "Lost: the centre is outside the ground-truth box for ten visible frames in a row. "
+                "At most six runs are shown, first the worst of each tracker."
             )
-            options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Failures"}
-            yield PageSection("failures", title, blocks=[block], **options)
-        if parts := parts_table(self.scored, self.occurring, runs):
-            yield PageSection("parts", "By parameter and attribute", blocks=[parts])
+            options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
+            yield PageSection("lost", title, [entries], **options)
+        if subsets := subset_table(self.scored, self.runs.attributes, runs):
+            cards = [card("page_table", sheet=subsets)]
+            yield PageSection("subsets", "By parameter and attribute", cards)
         n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
-            yield PageSection("survival", "Time to failure", blocks=self.survival)
-        charts = timeline_charts(runs)
-        stages = sequence_folds(runs, filmed, charts, self.means, sheets.get("sequences"), page)
+            cards = [card("chart", chart=chart) for chart in self.survival]
+            yield PageSection("survival", "Survival", cards)
+        folds = sequence_folds(
+            runs, sequences, timeline_charts(runs), self.means, score_tables.get("sequences")
+        )
         caption = "Open a sequence for its overlap by frame and all scores."
-        title = "Sequence by sequence"
-        yield PageSection("timelines", title, blocks=[*stages], caption=caption)
-        folds = [_fold(sheet) for name, sheet in sheets.items() if name != "sequences"]
-        if blocks := [fold for fold in folds if fold]:
-            yield PageSection("tables", "All scores", blocks=blocks)
+        yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
+        others = [table for name, table in score_tables.items() if name != "sequences"]
+        if cards := [_fold(table) for table in others if _has_values(table.table)]:
+            yield PageSection("tables", "All scores", cards)
         yield self._provenance()
 
-    def _words(self) -> list[str]:
+    def _paragraphs(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
-        counts = Counter(complete(self.all_runs)["status"].astype(str))
+        counts = Counter(with_not_run(self.runs.table)["status"])
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
-        words = [
+        paragraphs = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
             "that need missing runs are missing."
             if wrong
@@ -233,16 +239,16 @@ class _Content:
         ]
         if self.protocols:
             others = ", ".join(sorted(self.protocols))
-            words.append(
+            paragraphs.append(
                 f"The player also shows runs with other protocols ({others}): the protocol "
                 "is after the tracker's name. Frames that are not scored have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
-        return words
+        return paragraphs
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
-        runs = self.all_runs
+        runs = self.runs.table
         is_stored, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
@@ -252,21 +258,23 @@ class _Content:
             "failed run": (runs["status"] == "failed").sum(),
         }
         parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted({entry["date"] for entry in self.runs.circumstances if entry["date"]})
+        days = sorted({entry["date"] for entry in self.page_runs.metadata if entry["date"]})
         parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
         return " · ".join(filter(None, parts))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
-        rows, places = [], []
-        for number, stage in enumerate(self.runs.stages):
-            for clip in (*stage.clips, *stage.others):
-                take = clip.take
-                if take.failure and not take.start:  # a run with segments counts once
-                    place = PlayerPosition(number, take.tracker, take.repetition, clip.end)
-                    run = self.runs.labels[take.tracker], stage.name, take.repetition, clip.end
-                    rows.append([*map(str, run), take.failure.partition("\n")[0]])
-                    places.append([None, None, place, None])
+        rows, positions = [], []
+        for index, sequence_runs in enumerate(self.page_runs.sequences):
+            for run in (*sequence_runs.one_pass, *sequence_runs.others):
+                if run.failure and not run.player_run.start:  # a run with segments counts once
+                    label, repetition = (
+                        self.page_runs.labels[run.tracker],
+                        run.player_run.repetition,
+                    )
+                    facts = label, sequence_runs.name, repetition, run.end
+                    rows.append([*map(str, facts), run.failure.partition("\n")[0]])
+                    positions.append([None, None, run.position(index, run.end), None])
         if not rows:
             return []
         left = len(rows) - _MAX_FAILURES
@@ -277,25 +285,30 @@ class _Content:
             rows[:_MAX_FAILURES],
             notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
-        return [PageTable(table, places[:_MAX_FAILURES])]
+        return [PageTable(table, positions[:_MAX_FAILURES])]
 
-    def _sheet(self, table: Table) -> PageTable:
+    def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
-        data, columns = table.data, len(table.heads) - table.n_labels
+        data, columns = table.data, len(table.headings) - table.n_labels
         if "measure" not in data or len(data) != len(table.rows) * columns:
             return PageTable(table)
         kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
-        names = {stage.name for stage in self.runs.stages}
+        names = {sequence_runs.name for sequence_runs in self.page_runs.sequences}
         protocols = [
             protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
         ]
-        trace: Trace = "revised" if table.name.endswith("-revised") else "online"
-        places = []
+        trajectory: Trajectory = "revised" if table.name.endswith("-revised") else "online"
+        positions = []
         for row in data[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
-            tracker = name_on_page(row["tracker"], [*protocols, STORED_ONE_PASS][0])
-            places.append([self.runs.place(tracker, sequence, kind, trace) for kind in kinds])
-        return PageTable(table, places)
+            tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
+            positions.append(
+                [
+                    self.page_runs.worst_position(tracker, sequence, kind, trajectory)
+                    for kind in kinds
+                ]
+            )
+        return PageTable(table, positions)
 
     @cached_property
     def means(self) -> pd.DataFrame:
@@ -309,7 +322,7 @@ class _Content:
 
     def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        runs, failed = self.all_runs, self._failures()
+        runs, failed = self.runs.table, self._failures()
         runs = runs.assign(
             version=runs["tracker_version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
         )
@@ -318,9 +331,9 @@ class _Content:
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         hosts = [
             {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
-            for entry in self.runs.circumstances
+            for entry in self.page_runs.metadata
         ]
-        sheets = [
+        tables = [
             _listed(
                 "trackers",
                 "Trackers: parameters, and the digest of source and libraries.",
@@ -332,32 +345,42 @@ class _Content:
                 sequences[["sequence", "source", "fingerprint", "frames"]].astype({"frames": int}),
             ),
             _listed(
-                "circumstances",
+                "metadata",
                 "Where and when runs were made.",
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
-        commands = [self.commands.text("report", "--folder", "report")]
+        commands = [self.commands.text("report", "--output", "report")]
         commands.append(self.commands.text("compare"))
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
-        result, tables = "commands, versions, parameters, fingerprints", [*failed, *sheets]
+        provenance = card(
+            "fold",
+            key="provenance",
+            title="Provenance",
+            summary="commands, versions, parameters, fingerprints",
+            paragraphs=self._paragraphs(),
+            tables=[*failed, *tables],
+            commands=commands,
+        )
         terms = [f"{name}: {text}" for name, text in GLOSSARY.items()]
-        folds = [
-            Fold("provenance", "Provenance", result, self._words(), tables, commands),
-            Fold("glossary", "Glossary", "terms of this page", terms),
-        ]
-        return PageSection("provenance", "About this report", blocks=folds, nav="Provenance")
+        glossary = card(
+            "fold", key="glossary", title="Glossary", summary="terms of this page", paragraphs=terms
+        )
+        cards = [provenance, glossary]
+        return PageSection("about", "About this report", cards, nav="Provenance")
 
 
-def _fold(sheet: PageTable) -> Fold | None:
-    """Return a folded table of scores; None if it has no values."""
-    rows, n_labels = sheet.table.rows, sheet.table.n_labels
-    if all(cell.text == MISSING for row in rows for cell in row[n_labels:]):
-        return None
-    name, caption = sheet.table.name, sheet.table.caption.partition(". ")[0]
+def _has_values(table: Table) -> bool:
+    """Return whether a cell after the labels has a value."""
+    return any(cell.text != MISSING for row in table.rows for cell in row[table.n_labels :])
+
+
+def _fold(table: PageTable) -> Markup:
+    """Return a folded table of scores."""
+    name, caption = table.table.name, table.table.caption.partition(". ")[0]
     title = name.replace("-", " ").capitalize()
-    return Fold(f"fold-{name}", title, caption, sheets=[sheet])
+    return card("fold", key=f"fold-{name}", title=title, summary=caption, tables=[table])
 
 
 def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:

@@ -2,20 +2,26 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
+import numpy as np
 from matplotlib.figure import Figure
+from matplotlib.projections.polar import PolarAxes
 
+from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
-from trackmark.bench.analysis.by_attribute import AttributeReport, plot_attributes
-from trackmark.bench.analysis.by_metrics import PresetScores
-from trackmark.bench.analysis.film_strips import TRACE_WORDS, write_strips
-from trackmark.bench.metrics import preset as metrics_preset
-from trackmark.bench.metrics.preset import heading
+from trackmark.bench.analysis.by_attribute import AttributeReport
+from trackmark.bench.analysis.by_metrics import TableWithCurves
+from trackmark.bench.analysis.film_strips import TRAJECTORY_LABELS, write_strips
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import heading
+from trackmark.bench.output_files import write_file
 from trackmark.bench.pages.player_runs import PageRuns
+from trackmark.bench.store.runs import Runs
 from trackmark.reports.charts import Chart, Line
-from trackmark.reports.figures import write_figure
-from trackmark.reports.plots import chart_plot, radar_plot
+from trackmark.reports.figures import add_legend, bare_figure, named_line, save_figure
+from trackmark.reports.plots import chart_plot
 
 
 @dataclass(frozen=True)
@@ -23,63 +29,88 @@ class FigureFiles:
     """Requested figures.
 
     `suffix`: format, such as `.png`; film strips are PNG. `on_message`: called with a message on
-    each sequence and preset that cannot be drawn. `scored`, `by_attribute`, `annotated`: scores of
-    presets that are also drawn.
+    each sequence and metrics that cannot be drawn. `with_curves`, `by_attribute`, `annotated`:
+    further scores that are also drawn.
     """
 
     suffix: str
     on_message: Callable[[str], None]
-    scored: Sequence[PresetScores] = ()
+    with_curves: Sequence[TableWithCurves] = ()
     by_attribute: Sequence[AttributeReport] = ()
     annotated: Sequence[AnnotationReport] = ()
 
 
 def write_figures(
-    experiment: Path,
+    runs: Runs,
     folder: Path,
     requested: FigureFiles,
     title: str,
     charts: Sequence[Chart],
-    runs: PageRuns,
+    page_runs: PageRuns,
 ) -> list[Path]:
     """Draw the charts of a page and all other figures into a folder; return the files."""
-    revised = [clip.take.revised for stage in runs.stages for clip in stage.clips]
+    sequences = page_runs.sequences
+    revised = [run.player_run.revised for runs in sequences for run in runs.one_pass]
     has_revised = any(boxes is not None for boxes in revised)
-    online = f"{title}, {TRACE_WORDS['online']}" if has_revised else title
-    figures = {chart.figure: chart_plot(chart, online, runs.trackers) for chart in charts}
-    for scored in requested.scored:
-        figures |= preset_curves(scored, runs.trackers, requested.on_message)
+    online = f"{title}, {TRAJECTORY_LABELS['online']}" if has_revised else title
+    figures = {chart.figure: chart_plot(chart, online, page_runs.trackers) for chart in charts}
+    for drawn in requested.with_curves:
+        figures |= metric_curves(drawn, page_runs.trackers, requested.on_message)
     for table, measure, curves in requested.by_attribute:
         if curves:
             figures[table.name] = plot_attributes(curves, measure, title)
     for report in requested.annotated:
-        if report.scores and len(report.heads) >= MIN_AXES:
-            scores, heads = report.scores, report.heads
-            figures[report.table.name] = radar_plot(scores, heads, report.quantity, title)
+        if report.scores and len(report.headings) >= MIN_AXES:
+            scores, headings = report.scores, report.headings
+            figures[report.table.name] = _radar_plot(scores, headings, report.quantity, title)
     paths = [
-        write_figure(folder / f"{name}{requested.suffix}", figure)
+        write_file(folder / f"{name}{requested.suffix}", partial(save_figure, figure=figure))
         for name, figure in figures.items()
     ]
-    return paths + write_strips(experiment, folder, requested.on_message, runs.trackers)
+    return paths + write_strips(runs, folder, requested.on_message, page_runs.trackers)
 
 
-def preset_curves(
-    scored: PresetScores, trackers: Sequence[str], on_message: Callable[[str], None]
+def metric_curves(
+    scored: TableWithCurves, trackers: Sequence[str], on_message: Callable[[str], None]
 ) -> Mapping[str, Figure]:
-    """Draw the curves of a metrics preset."""
+    """Draw the curves of metrics."""
     if scored.curves and not any(scored.curves.values()):
-        why = f"there is no tracker all of whose runs {scored.preset} can score."
-        on_message(f"{scored.table.name}: no plot: {why}")
+        reason = f"there is no tracker all of whose runs {scored.metrics} can score."
+        on_message(f"{scored.table.name}: no plot: {reason}")
         return {}
     figures = {}
-    for name, axes in metrics_preset(scored.preset).curves.items():
+    for name, axes in find_metrics(scored.metrics).curves.items():
         lines = [
             Line(tracker, position, *scored.curves[name][tracker].T)
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
         chart = Chart("", axes.x, axes.y, lines, "", top=1.0)
-        title = f"{scored.title}: {heading(name)}, metrics preset {scored.preset}"
+        title = f"{scored.title}: {heading(name)}, metrics {scored.metrics}"
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)
     return figures
+
+
+def _radar_plot(
+    values: Mapping[str, Sequence[float]], headings: Sequence[str], quantity: str, title: str
+) -> Figure:
+    """Draw scores by attribute, from 0 in the centre to the best score at the edge.
+
+    `values`: scores by tracker, in the order of `headings`; NaN leaves a gap.
+    """
+    figure = bare_figure(title, 6.5)
+    axes = figure.add_subplot(projection="polar")
+    assert isinstance(axes, PolarAxes)
+    angles = np.linspace(0, 2 * np.pi, len(headings), endpoint=False)
+    axes.set_theta_zero_location("N")
+    axes.set_theta_direction(-1)
+    axes.set_xticks(angles, headings, fontsize=9)
+    axes.tick_params(axis="x", pad=12)
+    axes.grid(alpha=0.3)
+    for position, (label, scores) in enumerate(values.items()):
+        axes.plot([*angles, angles[0]], [*scores, scores[0]], **named_line(label, position))
+    axes.set_ylim(0)
+    axes.tick_params(axis="y", labelsize=8)
+    add_legend(figure, f"{quantity}; number of sequences in brackets")
+    return figure

@@ -2,8 +2,11 @@
 
 A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml` and
 `criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
-`figures.py` contain functions that only this paper needs. `criteria/<paper>.py` measures its
-criteria.
+`figures.py` contain functions that only this paper needs. `tools/criteria/<paper>.py`, which is not
+part of the wheel, measures its criteria.
+
+`paper.py` reads the files and replaces the names in them by trackers, sequences and measures. All
+other modules work with these objects and with `Case`, the runs of a tracker on a sequence.
 """
 
 from dataclasses import dataclass
@@ -14,22 +17,28 @@ from trackmark.datasets.spec_string import name_hint
 
 FOLDER = Path(__file__).parent
 
+SETTINGS = ("as-written", "recommended")
+"""Settings in which every claim is judged."""
+
+SETTING_LABELS = {setting: setting.replace("-", " ") for setting in SETTINGS}
+"""Settings as they are called in tables and figures."""
+
 
 @dataclass(frozen=True)
-class Effort:
-    """Extent of a reproduction."""
+class ReproductionOptions:
+    """Options of `trackmark reproduce`: which parts of a paper are reproduced, and how often."""
 
     quick: bool = False  # only main table and film strips, on few scenes, without verdicts
-    everything: bool = False  # adds the sensitivity table
-    seeds: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
+    with_sensitivity: bool = False  # adds the sensitivity table
+    repetitions: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
     jobs: int | None = None  # worker processes; None: one per core
 
     def command(self, paper: str) -> str:
         """Return the command that writes the report."""
         options = [
             *(["--quick"] if self.quick else []),
-            *(["--all"] if self.everything else []),
-            *([f"--seeds {self.seeds}"] if self.seeds is not None else []),
+            *(["--all"] if self.with_sensitivity else []),
+            *([f"--repetitions {self.repetitions}"] if self.repetitions is not None else []),
         ]
         return " ".join(["trackmark", "reproduce", paper, *options])
 
@@ -37,6 +46,11 @@ class Effort:
 def paper_names() -> list[str]:
     """Return the names of the papers that can be reproduced, without importing their modules."""
     return sorted(file.parent.name for file in FOLDER.glob("*/paper.toml"))
+
+
+def paper_file(paper: str, name: str) -> Path:
+    """Return the path of a file in the folder of a paper."""
+    return FOLDER / paper / name
 
 
 def check_paper_name(name: str) -> None:

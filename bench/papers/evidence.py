@@ -5,24 +5,26 @@ from math import inf, nan
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.claims.claim_tests import Evidence
-from trackmark.bench.claims.claims_file import Claim
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow, judge_row
-from trackmark.bench.pages.page_frames import Watch
-from trackmark.bench.papers.measures import Measure, find_measure
-from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.papers import SETTINGS
+from trackmark.bench.papers.cases import Case, cases
+from trackmark.bench.papers.claim_tests import Evidence
+from trackmark.bench.papers.claims import Claim
+from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
+from trackmark.bench.papers.verdicts import VerdictRow, judge_row
 from trackmark.bench.statistics.verdict_rules import success
 
 BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
 
 
-def verdict_rows(context: Context, watch: Watch = lambda *_: None) -> list[VerdictRow]:
-    """Judge all claims in both settings; `watch` gets the number of judged claims and of all."""
+def verdict_rows(context: Context, progress: Progress = lambda *_: None) -> list[VerdictRow]:
+    """Judge all claims in both settings; `progress` gets the numbers of judged and all claims."""
     rows = list[VerdictRow]()
-    for claim in context.claims.values():
-        watch(len(rows), len(context.claims))
+    claims = context.paper.claims
+    for claim in claims.values():
+        progress(len(rows), len(claims))
         of_claim = {setting: evidence(claim, setting, context) for setting in SETTINGS}
         rows.append(judge_row(claim, of_claim))
     return rows
@@ -30,106 +32,91 @@ def verdict_rows(context: Context, watch: Watch = lambda *_: None) -> list[Verdi
 
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
     """Return the values from which a claim is judged in a setting."""
-    module, _, name = claim.measure.partition(".")
-    if module == "timing":
-        return _times(claim, setting, context, name)
-    if module == "scenes":
-        return _of_scenes(claim, setting, context, name)
-    measure = find_measure(claim.measure, context.description.name)
-    first = _values(claim, claim.of or claim.better, setting, context, measure)
-    second = _values(claim, claim.worse, setting, context, measure)
-    members = max(len(context.description.sequences[name].members) for name in claim.sequences)
+    measure = claim.measure
+    if measure.kind == "time":
+        return Evidence(times=measure.function(context, setting), unit=measure.unit)
+    if measure.kind == "scene":
+        return _of_scenes(claim, setting, context)
+    first, second = (
+        cases(trackers, claim.sequences, setting, claim.n_scenes)
+        for trackers in (claim.trackers or claim.better, claim.worse)
+    )
+    n_members = max(len(sequence.members) for sequence in claim.sequences)
     return Evidence(
-        first,
-        second,
+        _values(first, measure, context),
+        _values(second, measure, context),
         lower_is_better=measure.lower_is_better,
-        largest=float(members) if measure.unit in BOUNDED else inf,
+        largest=float(n_members) if measure.unit in BOUNDED else inf,
         unit=measure.unit,
-        counted="set" if members > 1 else "scene",
-        reference_kept=_kept_share(claim, setting, context),
-        lost_before=_lost_before(claim, setting, context, measure),
-        failed=_failed(claim, setting, context),
+        unit_noun="set" if n_members > 1 else "scene",
+        reference_kept=_kept_share(claim, second, context),
+        lost_before=_lost_before(claim, first, context),
+        failed=_failed(first + second, context),
     )
 
 
-def _values(
-    claim: Claim, trackers: tuple[str, ...], setting: str, context: Context, measure: Measure
-) -> pd.DataFrame:
-    pieces = [
-        context.runs.values(
-            tracker_text(context.description, tracker, setting), sequence, measure, claim.n_scenes
-        )
-        for tracker in trackers
-        for sequence in claim.sequences
-    ]
-    return pd.concat(pieces, ignore_index=True) if pieces else pd.DataFrame()
+def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
+    tables = [context.runs.values(case, measure) for case in claim_cases]
+    return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
-def _kept_share(claim: Claim, setting: str, context: Context) -> float:
+def _kept_share(claim: Claim, reference: list[Case], context: Context) -> float:
     """Return the share of scenes in which the reference of a no-worse test keeps the target."""
     if not claim.test.startswith("no-worse"):
         return nan
-    measure = find_measure("kept", context.description.name)
-    values = _values(claim, claim.worse, setting, context, measure)
-    members = {k: len(sequence.members) for k, sequence in context.description.sequences.items()}
-    share = values["value"] / values["sequence"].map(members)
+    values = _values(reference, context.paper.kept_measure, context)
+    n_members = {sequence.name: len(sequence.members) for sequence in claim.sequences}
+    share = values["value"] / values["sequence"].map(n_members)
     successes = pd.Series(success(share), values.index)
     return float(successes.groupby(values["tracker"]).mean().max())
 
 
-def _lost_before(claim: Claim, setting: str, context: Context, measure: Measure) -> float:
+def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> float:
     """Return the share of scenes in which most runs lose the target before the event.
 
     A scene in which exactly half of the runs lose it counts as half.
     """
-    if measure.lost_before is None or not claim.of:
+    if claim.measure.lost_before is None or not claim.trackers:
         return nan
-    before = Measure(measure.lost_before, f"lost before {measure.text}", "share", True, None)
-    values = _values(claim, claim.of, setting, context, before)
+    values = _values(claim_cases, claim.measure.lost_before, context)
     return float(success(values["value"]).mean()) if len(values) else nan
 
 
-def _failed(claim: Claim, setting: str, context: Context) -> str:
+def _failed(claim_cases: list[Case], context: Context) -> str:
     """Return a sentence on failed runs with the reason of the first; empty if none failed."""
-    texts = [tracker_text(context.description, tracker, setting) for tracker in claim.trackers]
-    scenes = [
-        member
-        for sequence in claim.sequences
-        for members in scene_names(context.description, sequence, claim.n_scenes)
-        for member in members
+    records = [
+        measured.record
+        for case in claim_cases
+        for scene in case.scenes_of_members
+        for measured in context.runs.measured_runs(case.tracker, scene)
     ]
-    failures = [
-        line for text in texts for scene in scenes for line in context.runs.failures(text, scene)
-    ]
-    total = sum(len(context.runs.files(text, scene)) for text in texts for scene in scenes)
-    if not failures:
+    failed = [record for record in records if record.failure]
+    if not failed:
         return ""
-    return f"{len(failures)} of {total} runs failed and count as lost. First: {failures[0]}"
-
-
-def _of_scenes(claim: Claim, setting: str, context: Context, name: str) -> Evidence:
-    function = context.function(f"scenes.{name}")
-    unit, lower_is_better, _ = function.declared
-    pieces = []
-    for sequence in claim.sequences or ("",):
-        if sequence:
-            named = scene_names(context.description, sequence, claim.n_scenes)
-            scenes = [members[0] for members in named]
-        else:
-            scenes = [str(number) for number in range(claim.n_scenes)]
-        values = scene_values(function, scenes, setting, context.folder, context.jobs)
-        rows = {"sequence": sequence, "rank": np.arange(len(scenes)), "scene": scenes}
-        pieces.append(pd.DataFrame({**rows, "tracker": "", "value": values}))
-    return Evidence(
-        pd.concat(pieces, ignore_index=True),
-        lower_is_better=lower_is_better,
-        largest=1.0 if unit in BOUNDED else inf,
-        unit=unit,
-        counted="scene" if claim.sequences else "run",
+    reason = failed[0].failure.partition("\n")[0]
+    return (
+        f"{len(failed)} of {len(records)} runs failed and count as lost. "
+        f"First: {failed[0].identity.sequence}, {reason}"
     )
 
 
-def _times(claim: Claim, setting: str, context: Context, name: str) -> Evidence:
-    function = context.function(f"timing.{name}")
-    unit, *_ = function.declared
-    return Evidence(times=function(context, setting), unit=unit)
+def _of_scenes(claim: Claim, setting: str, context: Context) -> Evidence:
+    """Return values of a measure of scenes; without sequences, scenes are numbers."""
+    measure = claim.measure
+    specs = [tracker.spec(setting) for tracker in claim.trackers]
+    scenes_by_sequence = {
+        sequence.name: [members[0] for members in sequence.scenes(claim.n_scenes)]
+        for sequence in claim.sequences
+    } or {"": [str(number) for number in range(claim.n_scenes)]}
+    tables = []
+    for sequence, scenes in scenes_by_sequence.items():
+        values = scene_values(measure.function, scenes, specs, context.folder, context.jobs)
+        rows = {"sequence": sequence, "rank": np.arange(len(scenes)), "scene": scenes}
+        tables.append(pd.DataFrame({**rows, "tracker": "", "value": values}))
+    return Evidence(
+        pd.concat(tables, ignore_index=True),
+        lower_is_better=measure.lower_is_better,
+        largest=1.0 if measure.unit in BOUNDED else inf,
+        unit=measure.unit,
+        unit_noun="scene" if claim.sequences else "run",
+    )

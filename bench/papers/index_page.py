@@ -7,52 +7,57 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VERDICTS
-from trackmark.bench.pages.card_types import PaperRow, VerdictCount
 from trackmark.bench.pages.content import Page, PageSection
-from trackmark.bench.pages.page import write_page
-from trackmark.bench.papers import Effort, paper_names
-from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.html_page import NAMES, TONES
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.pages.page import card, write_page
+from trackmark.bench.papers import SETTING_LABELS, ReproductionOptions, paper_names
+from trackmark.bench.papers.html_page import TONES
+from trackmark.bench.papers.paper import read_paper
+from trackmark.bench.papers.verdicts import VERDICTS
+from trackmark.bench.store.keys import ResultsError
 
 
-def write_front_page(output: Path) -> Path:
+def write_front_page(results_root: Path) -> Path:
     """Write the page of all papers from their reports in a folder of results; return its file.
 
     Raises `ResultsError` for an unreadable report, and `OSError`.
     """
-    rows = [_row(name, output) for name in paper_names()]
+    papers = [_summary(name, results_root) for name in paper_names()]
     caption = "As written: the paper taken literally. Recommended: with a few open values changed."
-    section = PageSection("papers", "Verdicts in two settings", blocks=[rows], caption=caption)
-    judged = sum(bool(row.counts) for row in rows)
-    page = Page("trackmark", [section], answer=f"{judged} of {len(rows)} papers reproduced")
-    return write_page(output / "report.html", page)[0]
+    cards = [card("paper_summaries", papers=papers)]
+    section = PageSection("papers", "Verdicts in two settings", cards, caption=caption)
+    n_reproduced = sum(bool(paper["counts"]) for paper in papers)
+    page = Page("trackmark", [section], answer=f"{n_reproduced} of {len(papers)} papers reproduced")
+    return write_page(results_root / "report.html", page)[0]
 
 
-def _row(name: str, output: Path) -> PaperRow:
-    """Return the row of a paper; without a report it has the command that writes one."""
-    path, description = output / name / "report.json", read_description(name)
+def _summary(name: str, results_root: Path) -> dict[str, Any]:
+    """Return the summary of a paper; without a report it has the command that writes one."""
+    path, paper = results_root / name / "report.json", read_paper(name)
     page = f"{name}/report.html"
-    address = quote(page) if (output / page).is_file() else ""
+    summary = {
+        "title": paper.title,
+        "address": quote(page) if (results_root / page).is_file() else "",
+        "finding": paper.method,
+        "counts": {},
+    }
     if not path.is_file():
-        note = f"Not run. Command: `{Effort().command(name)}`"
-        return PaperRow(description.title, address, description.method, {}, note)
+        return summary | {"note": f"Not run. Command: `{ReproductionOptions().command(name)}`"}
     try:
         document: Mapping[str, Any] = json.loads(path.read_text("utf-8"))
-        counts = {n: _counts(document, s) for n, s in zip(NAMES, SETTINGS, strict=True)}
+        counts = {label: _counts(document, s) for s, label in SETTING_LABELS.items()}
         seconds, command = float(document["seconds"]), document["command"]
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise ResultsError(
             f"{path}: the report cannot be read ({error!r}). Reproduce its paper again."
         ) from error
     took = f"{seconds:.0f} s" if seconds < 60 else f"{seconds / 60:.0f} min"
-    finding, origin = description.finding, "Made by"
     if not document["claims"]:
-        finding, counts, origin = description.method, {}, "Quick report without verdicts:"
-    return PaperRow(description.title, address, finding, counts, f"{origin} `{command}` ({took})")
+        return summary | {"note": f"Quick report without verdicts: `{command}` ({took})"}
+    note = f"Made by `{command}` ({took})"
+    return summary | {"finding": paper.finding, "counts": counts, "note": note}
 
 
-def _counts(document: Mapping[str, Any], setting: str) -> list[VerdictCount]:
+def _counts(document: Mapping[str, Any], setting: str) -> list[tuple[str, str, int, str]]:
+    """Return label, tone and number of each verdict; the numbers open nothing."""
     verdicts = Counter(claim["settings"][setting]["verdict"] for claim in document["claims"])
-    return [VerdictCount(name, TONES.get(name, "none"), verdicts[name]) for name in VERDICTS]
+    return [(name, TONES.get(name, "none"), verdicts[name], "") for name in VERDICTS]

@@ -3,52 +3,62 @@
 import textwrap
 from pathlib import Path
 
-from trackmark.bench.claims.row_verdicts import SETTINGS, VerdictRow
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.reproduction import Report
+from trackmark.bench.papers.verdicts import VerdictRow, setting_counts
 from trackmark.reports.printable import width
 from trackmark.reports.renderers import terminal_lines
 
 _MAX_CLAIMS = 3
 """Maximum number of claims that are listed, unless all are requested."""
 
-_SHORT = 44
-"""Columns for the short text of a claim."""
+_SUMMARY = 44
+"""Columns for the summary of a claim."""
 
 
-def screen_lines(
+def report_lines(
     report: Report, folder: Path, *, verbose: bool = False, quiet: bool = False
 ) -> list[str]:
-    """Return the answer of `trackmark reproduce` in lines for a terminal.
+    """Return the output of `trackmark reproduce` for a terminal.
 
     `folder`: folder of the report. `verbose`: with the verdicts on all claims. `quiet`: only the
     counts of verdicts, or the title if there are no verdicts.
     """
-    heads = [*textwrap.wrap(report.description.title, width()), *report.counts]
+    lines = [*textwrap.wrap(report.paper.title, width()), *setting_counts(report.verdicts)]
     if quiet:
-        return heads
-    finding = textwrap.wrap(report.description.finding, width())
-    lines = [*heads, *finding] if report.verdicts else heads
-    for table in report.main:
-        lines += ["", *terminal_lines(table)]
-    failing = [row for row in report.verdicts if "does not hold" in _verdicts(row)]
-    listed = report.verdicts if verbose else failing[:_MAX_CLAIMS]
-    if listed:
-        heading = "claim" if verbose else f"Does not hold ({len(failing)})"
-        lines += ["", _row(heading, "", *(name.replace("-", " ") for name in SETTINGS))]
-        lines += [_row(f"  {row.claim.name}", row.claim.short, *_verdicts(row)) for row in listed]
-        others = 0 if verbose else len(failing) - len(listed)
-        lines += [f"  {others} more: --verbose"] if others else []
+        return lines
+    if report.verdicts:
+        lines += textwrap.wrap(report.paper.finding, width())
+    for section in report.sections:
+        if section.key == "numbers":
+            for table in section.tables:
+                lines += ["", *terminal_lines(table)]
+        elif section.key == "verdicts":
+            lines += _claims(report.verdicts, verbose)
     return [*lines, "", f"Report  {folder / 'report.html'}"]
+
+
+def _claims(rows: list[VerdictRow], verbose: bool) -> list[str]:
+    """Return lines on all claims, or on the first of those that do not hold."""
+    failing = [row for row in rows if "does not hold" in _verdicts(row)]
+    listed = rows if verbose else failing[:_MAX_CLAIMS]
+    if not listed:
+        return []
+    heading = "claim" if verbose else f"Does not hold ({len(failing)})"
+    lines = ["", _line(heading, "", *SETTING_LABELS.values())]
+    lines += [_line(f"  {row.claim.name}", row.claim.summary, *_verdicts(row)) for row in listed]
+    n_others = 0 if verbose else len(failing) - len(listed)
+    return lines + ([f"  {n_others} more: --verbose"] if n_others else [])
 
 
 def _verdicts(row: VerdictRow) -> list[str]:
     return [row.verdicts[name].verdict for name in SETTINGS]
 
 
-def _row(name: str, words: str, *verdicts: str) -> str:
-    """Return a line with a claim; a long text is shortened."""
+def _line(name: str, summary: str, *verdicts: str) -> str:
+    """Return a line with a claim; a long summary is shortened."""
     columns = "".join(f" {verdict:<13}" for verdict in verdicts)
-    if not words:
-        return f"{name:<{_SHORT + 8}}{columns}".rstrip()
-    short = textwrap.shorten(words, _SHORT, placeholder=" …")
-    return f"{name:<7} {short:<{_SHORT}}{columns}".rstrip()
+    if not summary:
+        return f"{name:<{_SUMMARY + 8}}{columns}".rstrip()
+    shortened = textwrap.shorten(summary, _SUMMARY, placeholder=" …")
+    return f"{name:<7} {shortened:<{_SUMMARY}}{columns}".rstrip()

@@ -19,23 +19,21 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from loky import ProcessPoolExecutor
 from numpy.typing import NDArray
 
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import (
     Reference,
-    TurnTime,
     one_thread,
     take_turns,
-    time_updates,
 )
+from trackmark.bench.evaluation.timed_clips import TurnTime, time_updates
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
-from trackmark.bench.papers.plan import scene_names, tracker_text
+from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.runs import Context
 from trackmark.datasets.source_digest import source_digest
-from trackmark.reports.files import write_file
 from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
@@ -59,72 +57,72 @@ Methods = Mapping[str, Callable[[], Any]]
 
 MethodMaker = Callable[[Mapping[str, str]], Methods]
 
-Clip = tuple[str, Sequence[Image], Box]
+Excerpt = tuple[str, Sequence[Image], Box]
 """Name of a sequence, consecutive images, and the init box in the first image."""
 
 
-def tracker_methods(texts: Mapping[str, str]) -> Methods:
+def tracker_methods(specs: Mapping[str, str]) -> Methods:
     """Return trackers (specifications by name) as methods of the same names."""
     seed = np.random.SeedSequence(0)
-    return {name: partial(parse_tracker(text).make, seed) for name, text in texts.items()}
+    return {name: partial(parse_tracker(text).make, seed) for name, text in specs.items()}
 
 
-def open_clips(
-    name: str, scene: str, frames: int, stretches: int = 1, region: str = BOXES
-) -> list[Clip]:
-    """Render evenly spaced clips of a scene, each with the ground-truth box of its first image.
+def open_excerpts(
+    name: str, scene: str, n_frames: int, stretches: int = 1, region: str = BOXES
+) -> list[Excerpt]:
+    """Render evenly spaced excerpts of a scene, each with the ground-truth box of its first image.
 
-    `stretches`: number of clips. `frames`: number of images of a clip after the first one.
+    `stretches`: number of excerpts. `n_frames`: number of images of an excerpt after the first one.
     `region`: ground-truth region of the boxes.
     """
     sequence = datasets.load(scene)
     boxes = select_ground_truth(sequence, region, scene).boxes
     present = np.flatnonzero(np.isfinite(boxes).all(axis=1))
-    latest = max(min(present[-1], len(sequence) - 1 - frames), present[0])
+    latest = max(min(present[-1], len(sequence) - 1 - n_frames), present[0])
     starts = np.linspace(present[0], latest, stretches).astype(int)
-    clips: list[Clip] = []
+    excerpts: list[Excerpt] = []
     for first in present[np.searchsorted(present, starts)].tolist():
-        stop = min(first + frames + 1, len(sequence))
-        clips.append((name, [sequence[frame] for frame in range(first, stop)], boxes[first]))
-    return clips
+        stop = min(first + n_frames + 1, len(sequence))
+        excerpts.append((name, [sequence[frame] for frame in range(first, stop)], boxes[first]))
+    return excerpts
 
 
-class _Side:
+class _TimedMethod:
     """Method that is timed in this process."""
 
-    def __init__(self, make: Callable[[], Any], clips: Sequence[Clip]) -> None:
-        self._clips = clips
-        self._initialised = [make() for _ in clips]
-        for method, (_, images, box) in zip(self._initialised, clips, strict=True):
+    def __init__(self, make: Callable[[], Any], excerpts: Sequence[Excerpt]) -> None:
+        self._excerpts = excerpts
+        self._initialised = [make() for _ in excerpts]
+        for method, (_, images, box) in zip(self._initialised, excerpts, strict=True):
             method.init(images[0], box)  # only once: initialisation can be slow
         self._method: Any = None
 
     def turn(self, number: int, start: int, stop: int) -> TurnTime:
-        """Return the time of the updates on images `start` to `stop` of a clip.
+        """Return the time of the updates on images `start` to `stop` of a excerpt.
 
         If `start` is 0, the method restarts from its state after `init`.
         """
         if start == 0:
             self._method = deepcopy(self._initialised[number])
-        return time_updates(self._method, self._clips[number][1][start + 1 : stop + 1])
+        return time_updates(self._method, self._excerpts[number][1][start + 1 : stop + 1])
 
 
-def turn_times(methods: Methods, clips: Sequence[Clip]) -> Times:
-    """Time methods that take turns on clips, and the fixed work `reference`.
+def turn_times(methods: Methods, excerpts: Sequence[Excerpt]) -> Times:
+    """Time methods that take turns on excerpts, and the fixed work `reference`.
 
     The fastest pass of a round counts: other load can only slow a pass down.
     """
     makers = {**methods, "reference": Reference}
-    frames = [len(images) - 1 for _, images, _ in clips]
+    frames = [len(images) - 1 for _, images, _ in excerpts]
     with one_thread():
-        sides = [_Side(make, clips) for make in makers.values()]
-        seconds, turns = take_turns(sides, frames, 2 * ROUNDS, SECONDS)
+        timed = [_TimedMethod(make, excerpts) for make in makers.values()]
+        seconds, turns = take_turns(timed, frames, 2 * ROUNDS, SECONDS)
     passes = seconds.shape[1] // ROUNDS
-    rounds = seconds[:, : passes * ROUNDS].reshape(len(sides), ROUNDS, passes, len(turns))
+    rounds = seconds[:, : passes * ROUNDS].reshape(len(timed), ROUNDS, passes, len(turns))
     fastest, times = rounds.min(axis=2), {}
-    for name in dict.fromkeys(name for name, *_ in clips):
-        of_sequence = [clips[number][0] == name for number, *_ in turns]
-        n = sum(len(images) - 1 for other, images, _ in clips if other == name)
+    for name in dict.fromkeys(name for name, *_ in excerpts):
+        of_sequence = [excerpts[number][0] == name for number, *_ in turns]
+        n = sum(len(images) - 1 for other, images, _ in excerpts if other == name)
         times[name] = dict(zip(makers, fastest[:, :, of_sequence].sum(axis=2) / n, strict=True))
     return times
 
@@ -138,7 +136,7 @@ def kept_times(
     setting: str,
     names: Sequence[str],
     sequences: Sequence[str],
-    frames: int = FRAMES,
+    n_frames: int = FRAMES,
     stretches: int = 1,
 ) -> Times:
     """Return times on the first scene of each sequence, cached or measured now.
@@ -146,48 +144,52 @@ def kept_times(
     Times are cached in the report's folder until the timed code or the machine changes, provided
     that the time of `reference` was nearly equal in all rounds. `methods`: returns the methods for
     trackers, which are specifications by name. `names`, `sequences`: trackers with equal init
-    regions and sequences, as named in `paper.toml`. `frames`, `stretches`: see `open_clips`.
+    regions and sequences, as named in `paper.toml`. `n_frames`, `stretches`: see `open_excerpts`.
     """
-    texts = {name: tracker_text(context.description, name, setting) for name in names}
-    scenes = {name: scene_names(context.description, name, 1)[0][0] for name in sequences}
-    versions = [parse_tracker(text).version for text in texts.values()]
-    scene_versions = [(name, *datasets.identity(scene)) for name, scene in scenes.items()]
+    specs = {name: context.paper.spec(name, setting) for name in names}
+    scenes = {name: context.paper.sequences[name].scenes(1)[0][0] for name in sequences}
+    versions = [parse_tracker(text).version for text in specs.values()]
+    scene_versions = [
+        (name, *datasets.name_and_fingerprint(scene)) for name, scene in scenes.items()
+    ]
     source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
-    identity: list[Any] = [methods.__name__, texts, versions, scene_versions, frames, stretches]
+    identity: list[Any] = [methods.__name__, specs, versions, scene_versions, n_frames, stretches]
     identity += [source, platform.platform(), platform.node()]
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = context.folder / "times" / f"{key}.json"
     if file not in _measured and file.is_file():
-        stored = json.loads(file.read_bytes())
-        _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in stored.items()}
+        content = json.loads(file.read_bytes())
+        _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in content.items()}
     if file not in _measured:
-        with ProcessPoolExecutor(1, env=ONE_THREAD) as process:
-            job = process.submit(measure_scenes, methods, texts, scenes, frames, stretches)
-            times = _measured[file] = job.result()
+        measure_all = partial(
+            measure_scenes, methods, specs, n_frames=n_frames, stretches=stretches
+        )
+        (times,) = map_in_workers(measure_all, [scenes], 1, ONE_THREAD)
+        _measured[file] = times
         machine: Values = np.sum(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
         )
         if np.median(machine) <= STEADY_RATIO * machine.min():
             text = json.dumps(times, default=lambda values: values.tolist())
-            write_file(file, lambda path: path.write_text(text, "utf-8"))
+            write_file(file, text)
     return _measured[file]
 
 
 def measure_scenes(
     methods: MethodMaker,
-    texts: Mapping[str, str],
+    specs: Mapping[str, str],
     scenes: Mapping[str, str],
-    frames: int,
+    n_frames: int,
     stretches: int,
 ) -> Times:
     """Time methods on scenes, which are specifications by name of the sequence."""
-    region = parse_tracker(next(iter(texts.values()))).init
+    region = parse_tracker(next(iter(specs.values()))).init
     return turn_times(
-        methods(texts),
+        methods(specs),
         [
-            clip
+            excerpt
             for scene in scenes.items()
-            for clip in open_clips(*scene, frames, stretches, region)
+            for excerpt in open_excerpts(*scene, n_frames, stretches, region)
         ],
     )
 

@@ -1,37 +1,42 @@
 """Protocols: start frames of a tracker, init boxes, and restarts after failures.
 
-Each file of this folder defines one protocol. The file's docstring is the definition, with its
-source. `PROTOCOL` is a subclass of `Protocol`, whose fields are the parameters. A protocol divides
-a run into segments; for each segment, a new tracker is initialised. The protocol's controller
-decides for each frame whether the tracker is updated or restarted, or whether the frame is skipped.
+Each module of `_MODULES` defines one protocol: its docstring is the definition with its source, and
+`PROTOCOL` is a subclass of `EvaluationProtocol`, whose fields are the parameters. A protocol
+divides a run into segments; for each segment, a new tracker is initialised. The protocol's
+controller decides for each frame whether the tracker is updated or restarted, or whether the frame
+is skipped.
 """
 
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from functools import cache
 from importlib import import_module
-from pathlib import Path
 from types import ModuleType
 from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike
+from trackmark.bench.metrics.interface import GroundTruthLike
 from trackmark.datasets.spec_string import format_text, name_hint, parse_text
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
 ONE_PASS = "one-pass"  # noqa: S105  # not a password
 """Name of the default protocol."""
 
-STORED_ONE_PASS = "accuracy"  # noqa: S105  # not a password
-"""Name under which one-pass runs are stored; it is older than the other protocols."""
-
 TIMING = "timing"
-"""Stored name of timing runs, which are one-pass runs with measured times."""
+"""Protocol key of timing runs, which are one-pass runs with measured times."""
 
-_FOLDER = Path(__file__).parent
+# A module is imported when its protocol is used: most commands need `one-pass` only.
+_MODULES = {
+    "anchors": "anchors",
+    "long-term": "long_term",
+    "one-pass": "one_pass",
+    "real-time": "real_time",
+    "sre": "sre",
+    "supervised": "supervised",
+    "tre": "tre",
+}
 
 
 class ProtocolError(ValueError):
@@ -78,14 +83,14 @@ class Action(Enum):
 class Controller:
     """Decides on each frame after the init frame; by default, the tracker is updated."""
 
-    states: NDArray[np.int32] | None = None  # (n,): `bench.metrics.preset.FrameState` of each frame
-    source_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row
+    states: NDArray[np.int32] | None = None  # (n,): `FrameState` of each frame
+    estimate_frames: NDArray[np.int32] | None = None  # (n,): frame of the estimate in each row
 
     def action(self, frame: int) -> Action:
         """Return the action for a frame; called once per frame, in order."""
         return Action.UPDATE
 
-    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+    def check_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
         """Process an estimate; return the reason if the run has failed, otherwise an empty text.
 
         `row`: x, y, width, height [px], visible (1 or 0), confidence (NaN if missing). `seconds`:
@@ -94,16 +99,16 @@ class Controller:
         return ""
 
 
-class Protocol(Parameters):
+class EvaluationProtocol(Parameters):
     """Base class of protocols; a subclass declares the parameters as fields."""
 
-    judged: ClassVar[tuple[str, ...]] = ("one pass",)
-    """Kinds of metrics presets that can score runs; see `bench.metrics.preset.Preset.protocol`."""
+    run_kinds: ClassVar[tuple[str, ...]] = ("one pass",)
+    """Kinds of runs as which metrics can score the runs; see `bench.metrics.interface.RunKind`."""
 
-    preset: ClassVar[str] = "native"
-    """Default metrics preset of the protocol's tables."""
+    metrics: ClassVar[str] = "native"
+    """Default metrics of the tables of such runs."""
 
-    segmented: ClassVar[bool] = False
+    has_segments: ClassVar[bool] = False
     """True if runs store their frames by segment, even if there is only one."""
 
     @property
@@ -112,11 +117,11 @@ class Protocol(Parameters):
         return type(self).__module__.rpartition(".")[2].replace("_", "-")
 
     @property
-    def text(self) -> str:
-        """Canonical text under which runs are stored: name, and parameters other than defaults."""
+    def key(self) -> str:
+        """Key of the protocol in `runs.db`: its name, and parameters that are not defaults."""
         fields = type(self).model_fields
         return format_text(
-            self.name, {key: value for key, value in self if value != fields[key].default}
+            self.name, {name: value for name, value in self if value != fields[name].default}
         )
 
     @property
@@ -143,14 +148,13 @@ class Protocol(Parameters):
         return Controller()
 
 
-@cache
 def names() -> list[str]:
-    """Return the sorted names of the protocols, which are the names of their files."""
-    return sorted(file.stem.replace("_", "-") for file in _FOLDER.glob("[a-z]*.py"))
+    """Return the sorted names of the protocols."""
+    return list(_MODULES)
 
 
-def parse_protocol(text: str) -> Protocol:
-    """Return the protocol from its text `name:parameter=value:…`, or from its stored name.
+def parse_protocol(text: str) -> EvaluationProtocol:
+    """Return the protocol from its text `name:parameter=value:…`.
 
     Raises `ProtocolError` for an unknown name or parameter, or an invalid value. Raises `TypeError`
     unless the argument is a text.
@@ -161,28 +165,22 @@ def parse_protocol(text: str) -> Protocol:
         name, options = parse_text(text)
     except ValueError as error:
         raise ProtocolError(f"protocol {error}") from None
-    name = ONE_PASS if name == STORED_ONE_PASS else name
-    if name not in names():
+    if name not in _MODULES:
         hint = name_hint(name, names())
         raise ProtocolError(f"unknown protocol {name!r}.{hint}")
-    protocol_class: type[Protocol] = _module(name).PROTOCOL
+    protocol_class: type[EvaluationProtocol] = _module(name).PROTOCOL
     try:
         return protocol_class.checked(f"protocol {name}", options)
     except TrackerError as error:
         raise ProtocolError(str(error)) from None
 
 
-def stored_protocol(stored: str) -> Protocol:
-    """Return the protocol of stored runs; for timing runs, the one-pass protocol."""
-    return parse_protocol(STORED_ONE_PASS if stored == TIMING else stored)
+def protocol_of_key(protocol_key: str) -> EvaluationProtocol:
+    """Return the protocol of runs with this key; for timing runs, the one-pass protocol."""
+    return parse_protocol(ONE_PASS if protocol_key == TIMING else protocol_key)
 
 
-def title(stored: str) -> str:
-    """Return the protocol's title in tables, from its stored name."""
-    return ONE_PASS if stored == STORED_ONE_PASS else stored
-
-
-def definition(name: str) -> dict[str, Any]:
+def describe(name: str) -> dict[str, Any]:
     """Return the description of a protocol, as `trackmark describe --json` prints it."""
     protocol = parse_protocol(name)
     summary, _, rest = (_module(protocol.name).__doc__ or "").strip().partition("\n\n")
@@ -194,11 +192,11 @@ def definition(name: str) -> dict[str, Any]:
         "name": protocol.name,
         "summary": summary,
         "definition": rest,
-        "preset": protocol.preset,
-        "judged": list(protocol.judged),
-        "knobs": parameters,
+        "metrics": protocol.metrics,
+        "run_kinds": list(protocol.run_kinds),
+        "parameters": parameters,
     }
 
 
 def _module(name: str) -> ModuleType:
-    return import_module(f"trackmark.bench.protocols.{name.replace('-', '_')}")
+    return import_module(f"trackmark.bench.protocols.{_MODULES[name]}")

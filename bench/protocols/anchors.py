@@ -15,25 +15,27 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.protocols import Protocol, Segment
-from trackmark.trackers.base.parameters import whole
+from trackmark.bench.protocols import EvaluationProtocol, Segment
+from trackmark.trackers.base.parameters import integer
 
 _VALUE = "anchor"
 
 
-class Anchors(Protocol):
+class Anchors(EvaluationProtocol):
     """Anchor-based protocol."""
 
-    judged: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
-    preset: ClassVar[str] = "vot-anchor"
-    segmented: ClassVar[bool] = True
+    run_kinds: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
+    metrics: ClassVar[str] = "vot-anchor"
+    has_segments: ClassVar[bool] = True
 
-    spacing: int = whole(50, "number of frames between anchors, if the sequence defines no anchors")
+    spacing: int = integer(
+        50, "number of frames between anchors, if the sequence defines no anchors"
+    )
 
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
     ) -> list[Segment]:
-        """See `Protocol.segments`."""
+        """See `EvaluationProtocol.segments`."""
         frames = np.flatnonzero(present)
         marks = np.where(present, np.nan_to_num(values.get(_VALUE, np.zeros(len(present)))), 0.0)
         first, last = int(frames[0]), int(frames[-1])

@@ -12,15 +12,15 @@ from typing import ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.protocols import Controller, Protocol
+from trackmark.bench.metrics.interface import GroundTruthLike
+from trackmark.bench.protocols import Controller, EvaluationProtocol
 
 
 class _ConfidenceCheck(Controller):
     """Controller that ends a run at a visible estimate without confidence."""
 
-    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Controller.on_estimate`."""
+    def check_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.check_estimate`."""
         _, _, _, _, visible, confidence = row.tolist()
         if visible and isnan(confidence):
             return (
@@ -30,13 +30,13 @@ class _ConfidenceCheck(Controller):
         return ""
 
 
-class LongTerm(Protocol):
+class LongTerm(EvaluationProtocol):
     """Protocol without parameters."""
 
-    preset: ClassVar[str] = "long-term"
+    metrics: ClassVar[str] = "long-term"
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
-        """See `Protocol.controller`."""
+        """See `EvaluationProtocol.controller`."""
         return _ConfidenceCheck()
 
 

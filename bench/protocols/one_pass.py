@@ -7,18 +7,13 @@ Source: Wu, Lim and Yang, "Online object tracking: a benchmark", CVPR 2013.
 
 from typing import ClassVar
 
-from trackmark.bench.protocols import STORED_ONE_PASS, Protocol
+from trackmark.bench.protocols import EvaluationProtocol
 
 
-class OnePass(Protocol):
+class OnePass(EvaluationProtocol):
     """Protocol without parameters."""
 
-    judged: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
-
-    @property
-    def text(self) -> str:
-        """Name under which runs are stored; it is older than the other protocols."""
-        return STORED_ONE_PASS
+    run_kinds: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
 
 
 PROTOCOL = OnePass

@@ -15,13 +15,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackmark.bench.protocols import Protocol, Segment
+from trackmark.bench.protocols import EvaluationProtocol, Segment
 
 
-class SpatialRobustness(Protocol):
+class SpatialRobustness(EvaluationProtocol):
     """Protocol of spatial robustness evaluation."""
 
-    segmented: ClassVar[bool] = True
+    has_segments: ClassVar[bool] = True
 
     shift: float = Field(
         0.1, gt=0, lt=1, description="shift of boxes and corners [width or height of the box]"
@@ -36,7 +36,7 @@ class SpatialRobustness(Protocol):
     def segments(
         self, present: NDArray[np.bool_], values: Mapping[str, NDArray[np.float64]]
     ) -> list[Segment]:
-        """See `Protocol.segments`."""
+        """See `EvaluationProtocol.segments`."""
         d = self.shift
         shifts = [(-d, 0.0), (d, 0.0), (0.0, -d), (0.0, d)]
         perturbations = [(x, y, 0.0, 0.0) for x, y in shifts]

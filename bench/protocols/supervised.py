@@ -1,14 +1,14 @@
 """Restarts some frames after every failure (VOT 2013 to 2019).
 
 A tracker fails at a frame with a target if the overlap of its box with the ground truth is at most
-`threshold`. The overlap is defined as in the preset `vot-supervised`: counted in pixels within the
-image. A new tracker with its own random numbers is initialised with the ground truth `skip` frames
-after the failure, or at the first later frame with a target. The tracker does not receive the
-frames in between.
+`threshold`. The overlap is defined as in the metrics `vot-supervised`: counted in pixels within the
+image. A new tracker with its own random numbers is initialised with the ground truth `skip_frames`
+frames after the failure, or at the first later frame with a target. The tracker does not receive
+the frames in between.
 
 Without a failure, the run equals the one-pass run. The state of each frame is stored: tracked,
 failed, skipped or initialised. Ten frames after each initialisation (burn-in) are excluded by the
-metrics preset, not by the protocol. Revised boxes are not stored. Source: Kristan et al., "A novel
+metrics, not by the protocol. Revised boxes are not stored. Source: Kristan et al., "A novel
 performance evaluation methodology for single-target trackers", TPAMI 2016.
 """
 
@@ -18,14 +18,13 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import Field
 
-from trackmark.bench.metrics.native import GroundTruthLike
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState, GroundTruthLike
 from trackmark.bench.metrics.region_overlap import raster_overlap
-from trackmark.bench.protocols import Action, Controller, Protocol
-from trackmark.trackers.base.parameters import whole
+from trackmark.bench.protocols import Action, Controller, EvaluationProtocol
+from trackmark.trackers.base.parameters import integer
 
 
-class _Supervision(Controller):
+class _RestartController(Controller):
     """Controller that restarts the tracker after a failure."""
 
     states: NDArray[np.int32]
@@ -51,8 +50,8 @@ class _Supervision(Controller):
         self.states[frame] = FrameState.INITIALISED
         return Action.RESTART
 
-    def on_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
-        """See `Controller.on_estimate`."""
+    def check_estimate(self, frame: int, row: NDArray[np.float64], seconds: float) -> str:
+        """See `Controller.check_estimate`."""
         self.states[frame] = FrameState.TRACKED
         if self._present[frame]:
             shape = None if self._shapes is None else [self._shapes[frame]]
@@ -63,20 +62,20 @@ class _Supervision(Controller):
         return ""
 
 
-class Supervised(Protocol):
+class Supervised(EvaluationProtocol):
     """Supervised protocol."""
 
-    judged: ClassVar[tuple[str, ...]] = ("supervised",)
-    preset: ClassVar[str] = "vot-supervised"
+    run_kinds: ClassVar[tuple[str, ...]] = ("supervised",)
+    metrics: ClassVar[str] = "vot-supervised"
 
-    skip: int = whole(5, "number of frames from a failure to the restart")
+    skip_frames: int = integer(5, "number of frames from a failure to the restart")
     threshold: float = Field(
         0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )
 
     def controller(self, truth: GroundTruthLike, first: int, size: tuple[int, int]) -> Controller:
-        """See `Protocol.controller`."""
-        return _Supervision(truth, first, size, self.skip, self.threshold)
+        """See `EvaluationProtocol.controller`."""
+        return _RestartController(truth, first, size, self.skip_frames, self.threshold)
 
 
 PROTOCOL = Supervised

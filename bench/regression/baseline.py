@@ -1,7 +1,7 @@
 """Baselines: scores of trackers in a text file that is committed and reviewed.
 
 An entry is a tracker–sequence pair, with the mean overlap and a digest of the boxes of each run.
-Seeds count from 0, so that an unchanged tracker gives equal boxes.
+Repetitions count from 0, so that an unchanged tracker gives equal boxes.
 """
 
 import hashlib
@@ -19,16 +19,15 @@ from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
 from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
-from trackmark.bench.statistics.accuracy_drop import MAX_SEEDS
+from trackmark.bench.output_files import write_file
+from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets.source_digest import library_version
-from trackmark.reports.files import write_file
 
-FORMAT = 2
+FORMAT = 1
 
 DECIMALS = 5
 """Decimals of a stored mean overlap."""
@@ -54,13 +53,13 @@ class BaselineError(ResultsError):
 
 @dataclass(frozen=True)
 class BaselineEntry:
-    """Runs of a tracker on a sequence by seed; a deterministic tracker has one run."""
+    """Runs of a tracker on a sequence by repetition; a deterministic tracker has one run."""
 
     source: SequenceSource
-    sequence: str  # digest of pixels and ground truth
+    fingerprint: str  # digest of pixels and ground truth
     overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
-    boxes: tuple[str, ...]  # digests of boxes; empty for a failed run
-    # reasons of failures by seed; not stored in the file
+    box_digests: tuple[str, ...]  # empty for a failed run
+    # reasons of failures by repetition; not stored in the file
     failures: Mapping[int, str] = field(default_factory=dict)
 
 
@@ -73,31 +72,37 @@ class Baseline:
     """Scores of trackers on sequences, with the platform and libraries of the runs."""
 
     entries: BaselineEntries
-    texts: Mapping[str, str]  # specifications of the trackers, by label
-    seeds: int  # number of runs of each stochastic tracker
-    detect: float  # drop of the mean overlap on one sequence to detect
-    made_with: Mapping[str, str]  # platform, Python and libraries
+    specs: Mapping[str, str]  # specifications of the trackers, by label
+    n_repetitions: int  # number of runs of each stochastic tracker
+    detectable_drop: float  # drop of the mean overlap on one sequence to detect
+    environment: Mapping[str, str]  # platform, Python and libraries
     accepted: Sequence[Mapping[str, Any]] = ()  # accepted changes with reasons
 
-    def with_seeds(self, seeds: int) -> "Baseline":
-        """Return the baseline restricted to the first seeds."""
+    def with_repetitions(self, n_repetitions: int) -> "Baseline":
+        """Return the baseline restricted to the first repetitions."""
         entries = {
             tracker: {
-                name: replace(entry, overlap=entry.overlap[:seeds], boxes=entry.boxes[:seeds])
+                name: replace(
+                    entry,
+                    overlap=entry.overlap[:n_repetitions],
+                    box_digests=entry.box_digests[:n_repetitions],
+                )
                 for name, entry in row.items()
             }
             for tracker, row in self.entries.items()
         }
-        return replace(self, entries=entries, seeds=seeds)
+        return replace(self, entries=entries, n_repetitions=n_repetitions)
 
-    def moved_on(self, tracker: str, now: BaselineEntries, reason: str, date: str) -> "Baseline":
+    def with_accepted(
+        self, tracker: str, now: BaselineEntries, reason: str, date: str
+    ) -> "Baseline":
         """Return the baseline with new entries of a tracker and the reason for the change."""
         by_sequence = [
             [np.mean(entry.overlap) for entry in entries[tracker].values()]
             for entries in (self.entries, now)
         ]
         overlap = [round(float(np.mean(means)), DECIMALS) for means in by_sequence]
-        change = {"tracker": tracker, "date": date, "because": reason, "overlap": overlap}
+        change = {"tracker": tracker, "date": date, "reason": reason, "overlap": overlap}
         entries = {**self.entries, tracker: now[tracker]}
         return replace(self, entries=entries, accepted=(*self.accepted, change))
 
@@ -114,7 +119,7 @@ def baseline_path(name: str) -> Path:
     return path
 
 
-def surroundings() -> dict[str, str]:
+def current_environment() -> dict[str, str]:
     """Return platform, Python version and libraries, on which boxes can depend."""
     return {
         "platform": f"{platform.system()} {platform.machine()}",
@@ -145,31 +150,31 @@ def stored_entries(
 ) -> BaselineEntries:
     """Return the entries of the stored runs of an experiment.
 
-    `runs`: number of seeds by tracker and sequence. `sources`: specifications of the sequences, by
-    name.
+    `runs`: number of repetitions by tracker and sequence. `sources`: specifications of the
+    sequences, by name.
 
     Raises `BaselineError` for a finished run without a score.
     """
-    results = Results(folder)
+    results = RunStore(folder)
     rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
-    for row in list_scored_runs(results):  # the runs of the current versions were just stored
+    for row in scored_rows(results):  # the runs of the current versions were just stored
         pair = row["tracker"], row["sequence"]
-        if row["protocol"] == "accuracy" and row["repetition"] < runs.get(pair, 0):
+        if row["protocol"] == "one-pass" and row["repetition"] < runs.get(pair, 0):
             rows[pair][row["repetition"]] = row
     entries: dict[str, dict[str, BaselineEntry]] = {}
-    for (tracker, name), by_seed in rows.items():
-        ordered = [by_seed[seed] for seed in range(runs[tracker, name])]
+    for (tracker, name), by_repetition in rows.items():
+        ordered = [by_repetition[repetition] for repetition in range(runs[tracker, name])]
         entries.setdefault(tracker, {})[name] = _entry(results, sources[name], ordered)
     return entries
 
 
 def _entry(
-    results: Results, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
+    results: RunStore, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineEntry:
-    overlap, boxes, failures = [0.0] * len(rows), [""] * len(rows), {}
-    for seed, row in enumerate(rows):
+    overlap, box_digests, failures = [0.0] * len(rows), [""] * len(rows), {}
+    for repetition, row in enumerate(rows):
         if row["status"] != "finished":
-            failures[seed] = str(row["failure"]).partition("\n")[0]
+            failures[repetition] = str(row["failure"]).partition("\n")[0]
             continue
         score = float(row["scores"].get("mean_overlap", np.nan))
         if not np.isfinite(score):
@@ -177,10 +182,10 @@ def _entry(
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap[seed] = round(score, DECIMALS)
-        boxes[seed] = box_digest(results.read(run_key(row)).boxes)
-    sequence = digest(rows[0]["fingerprint"].encode())
-    return BaselineEntry(source, sequence, tuple(overlap), tuple(boxes), failures)
+        overlap[repetition] = round(score, DECIMALS)
+        box_digests[repetition] = box_digest(results.read(run_key(row)).boxes)
+    fingerprint = digest(rows[0]["fingerprint"].encode())
+    return BaselineEntry(source, fingerprint, tuple(overlap), tuple(box_digests), failures)
 
 
 def write_baseline(baseline: Baseline, path: Path) -> None:
@@ -196,21 +201,21 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
             f"{path}: {text[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
             "or folder, or give another reason."
         ) from None
-    write_file(path, lambda file: file.write_bytes(content))
+    write_file(path, content)
 
 
 def _lines(baseline: Baseline) -> Iterator[str]:
     yield "# Baseline of trackmark: `trackmark check` compares trackers with it."
-    yield "# Each sequence: mean overlap and digest of the boxes by seed, from seed 0 on."
+    yield "# Each sequence: mean overlap and digest of the boxes, by repetition from 0 on."
     yield f"format = {FORMAT}"
-    yield f"seeds = {baseline.seeds}"
-    yield f"detect = {baseline.detect!r}"
-    yield "\n[made_with]"
-    yield from _toml_lines(baseline.made_with)
-    if texts := {label: text for label, text in baseline.texts.items() if text != label}:
+    yield f"repetitions = {baseline.n_repetitions}"
+    yield f"detectable_drop = {baseline.detectable_drop!r}"
+    yield "\n[environment]"
+    yield from _toml_lines(baseline.environment)
+    if renamed := {label: spec for label, spec in baseline.specs.items() if spec != label}:
         yield "\n# Specifications of trackers with other names."
         yield "[specifications]"
-        yield from _toml_lines(texts)
+        yield from _toml_lines(renamed)
     for tracker, entries in baseline.entries.items():
         yield f"\n[trackers.{_toml(tracker)}]"
         for name, entry in entries.items():
@@ -225,8 +230,11 @@ def _toml_lines(texts: Mapping[str, str]) -> list[str]:
 
 
 def _inline(name: str, entry: BaselineEntry) -> str:
-    fields: dict[str, object]
-    fields = {"sequence": entry.sequence, "overlap": entry.overlap, "boxes": entry.boxes}
+    fields: dict[str, object] = {
+        "fingerprint": entry.fingerprint,
+        "overlap": entry.overlap,
+        "box_digests": entry.box_digests,
+    }
     if entry.source.text != name:
         fields["path"] = entry.source.text
     if entry.source.truth is not None:
@@ -250,16 +258,16 @@ class _Strict(BaseModel):
 
 
 class _FileEntry(_Strict):
-    sequence: _Digest
+    fingerprint: _Digest
     overlap: Annotated[list[_Score], Field(min_length=1)]
-    boxes: list[_Digest]
+    box_digests: list[_Digest]
     path: _Text | None = None
     truth: _Text | None = None
 
-    def stored(self, name: str) -> BaselineEntry:
+    def baseline_entry(self, name: str) -> BaselineEntry:
         """Return the entry as `BaselineEntry`; `name` is the sequence if the entry has no path."""
         source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
-        return BaselineEntry(source, self.sequence, tuple(self.overlap), tuple(self.boxes))
+        return BaselineEntry(source, self.fingerprint, tuple(self.overlap), tuple(self.box_digests))
 
 
 def _check_date(text: str) -> str:
@@ -271,15 +279,15 @@ def _check_date(text: str) -> str:
 class _FileAccepted(_Strict):
     tracker: _Text
     date: Annotated[str, Field(pattern=r"^\d{4}-\d\d-\d\d$"), AfterValidator(_check_date)]
-    because: _Text
+    reason: _Text
     overlap: Annotated[list[_Score], Field(min_length=2, max_length=2)]
 
 
 class _File(_Strict):
     format: int
-    seeds: Annotated[int, Field(ge=MIN_UNITS, le=MAX_SEEDS)]
-    detect: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
-    made_with: _Texts
+    repetitions: Annotated[int, Field(ge=MIN_UNITS, le=MAX_REPETITIONS)]
+    detectable_drop: Annotated[float, Field(gt=0, le=1, allow_inf_nan=False)]
+    environment: _Texts
     specifications: _Texts = {}
     trackers: Annotated[
         dict[_Text, Annotated[dict[_Text, _FileEntry], Field(min_length=1)]], Field(min_length=1)
@@ -307,27 +315,33 @@ def read_baseline(path: Path) -> Baseline:
         value = "missing" if first["type"] == "missing" else first["input"]
         _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
     for tracker, row in content.trackers.items():
-        _check_lengths(path, content.seeds, tracker, row)
+        _check_lengths(path, content.repetitions, tracker, row)
         _check_equal_boxes(path, tracker, row)
     _check_sources(path, content)
     entries = {
-        tracker: {name: entry.stored(name) for name, entry in row.items()}
+        tracker: {name: entry.baseline_entry(name) for name, entry in row.items()}
         for tracker, row in content.trackers.items()
     }
-    texts = {label: content.specifications.get(label, label) for label in entries}
+    specs = {label: content.specifications.get(label, label) for label in entries}
     accepted = tuple(change.model_dump() for change in content.accepted)
-    return Baseline(entries, texts, content.seeds, content.detect, content.made_with, accepted)
+    return Baseline(
+        entries, specs, content.repetitions, content.detectable_drop, content.environment, accepted
+    )
 
 
-def _check_lengths(path: Path, seeds: int, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
-    """Raise `BaselineError` unless a tracker has 1 run, or one per seed, on every sequence."""
+def _check_lengths(
+    path: Path, n_repetitions: int, tracker: str, entries: Mapping[str, _FileEntry]
+) -> None:
+    """Raise `BaselineError` unless a tracker has 1 run or one per repetition on every sequence."""
     (first, *_) = entries.values()
     n = len(first.overlap)
     for name, entry in entries.items():
-        for key, values in (("overlap", entry.overlap), ("boxes", entry.boxes)):
-            if n not in (1, seeds) or len(values) != n:
+        for key, values in (("overlap", entry.overlap), ("box_digests", entry.box_digests)):
+            if n not in (1, n_repetitions) or len(values) != n:
                 runs = (
-                    f"1 or {seeds} (one per seed)" if n not in (1, seeds) else f"{n}, one per run"
+                    f"1 or {n_repetitions} (one per repetition)"
+                    if n not in (1, n_repetitions)
+                    else f"{n}, one per run"
                 )
                 place = _place(("trackers", tracker, name, key))
                 _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
@@ -337,10 +351,12 @@ def _check_equal_boxes(path: Path, tracker: str, entries: Mapping[str, _FileEntr
     """Raise `BaselineError` if two runs of a tracker have equal boxes and different overlaps."""
     for name, entry in entries.items():
         overlap_of: dict[str, float] = {}
-        for seed, (boxes, overlap) in enumerate(zip(entry.boxes, entry.overlap, strict=True)):
+        for repetition, (boxes, overlap) in enumerate(
+            zip(entry.box_digests, entry.overlap, strict=True)
+        ):
             expected = overlap_of.setdefault(boxes, overlap)
             if abs(overlap - expected) > MAX_OVERLAP_ERROR:
-                place = _place(("trackers", tracker, name, f"overlap.{seed}"))
+                place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
                 _refuse(path, place, overlap, f"Another run with equal boxes has {expected}.")
 
 
@@ -350,7 +366,7 @@ def _check_sources(path: Path, content: _File) -> None:
     for tracker, row in content.trackers.items():
         for name, entry in row.items():
             first, expected = first_of.setdefault(name, (tracker, entry))
-            for key in ("sequence", "path", "truth"):
+            for key in ("fingerprint", "path", "truth"):
                 value, other = getattr(entry, key), getattr(expected, key)
                 if value != other:
                     place = _place(("trackers", tracker, name, key))
@@ -369,13 +385,15 @@ def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries
     for tracker, row in before.items():
         for name, old in row.items():
             new = now[tracker][name]
-            # The only run of a deterministic tracker counts for all seeds.
-            runs = np.broadcast_arrays(old.boxes, new.boxes, old.overlap, new.overlap)
-            for seed, (old_boxes, new_boxes, stored, current) in enumerate(zip(*runs, strict=True)):
-                if old_boxes == new_boxes and abs(stored - current) > MAX_OVERLAP_ERROR:
-                    place = _place(("trackers", tracker, name, f"overlap.{seed}"))
-                    expected = f"Runs with these boxes have a mean overlap of {current} now."
-                    _refuse(path, place, float(stored), expected)
+            # The only run of a deterministic tracker counts for all repetitions.
+            runs = np.broadcast_arrays(old.box_digests, new.box_digests, old.overlap, new.overlap)
+            for repetition, (old_boxes, new_boxes, old_overlap, new_overlap) in enumerate(
+                zip(*runs, strict=True)
+            ):
+                if old_boxes == new_boxes and abs(old_overlap - new_overlap) > MAX_OVERLAP_ERROR:
+                    place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
+                    expected = f"Runs with these boxes have a mean overlap of {new_overlap} now."
+                    _refuse(path, place, float(old_overlap), expected)
 
 
 def _place(location: Sequence[int | str]) -> str:

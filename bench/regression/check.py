@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntries
 from trackmark.bench.statistics.accuracy_drop import (
     IDENTICAL,
-    decide_by_seeds,
+    decide_by_repetitions,
     decide_deterministic,
 )
 from trackmark.bench.statistics.rules import MARGIN, Decision, p_value
@@ -30,7 +30,8 @@ UNREPEATABLE = "not repeatable"
 class ScoreChange:
     """Change of a tracker on a sequence, or of its mean over sequences.
 
-    Runs are paired by seed. The single run of a deterministic tracker represents all seeds.
+    Runs are paired by repetition. The single run of a deterministic tracker represents all
+    repetitions.
     """
 
     tracker: str
@@ -38,9 +39,9 @@ class ScoreChange:
     old: Sequence[float]  # mean overlap by run
     new: Sequence[float]
     same: Sequence[bool]  # whether a pair of runs has equal boxes
-    failures: Mapping[int, str]  # reasons of failures by seed
+    failures: Mapping[int, str]  # reasons of failures by repetition
     change: Decision = IDENTICAL
-    p: float = nan  # smallest level at which the corrected interval of the change excludes 0
+    p_value: float = nan  # smallest level at which the corrected interval of the change excludes 0
     weights: Sequence[float] | None = None  # of the sequences in both means; None if they are equal
 
     @property
@@ -81,9 +82,9 @@ class ScoreChange:
 class Check:
     """Result of a check: changes of the trackers of a baseline."""
 
-    before: Baseline
+    baseline: Baseline
     now: BaselineEntries
-    made_with: Mapping[str, str]
+    environment: Mapping[str, str]
     sequences: Sequence[ScoreChange]
     means: Sequence[ScoreChange]  # of the changed stochastic trackers
 
@@ -101,7 +102,7 @@ class Check:
         return "inconclusive" if "inconclusive" in labels else "pass"
 
 
-def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
+def changed_sequences(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
     """Return for each deterministic tracker the sequences on which its boxes changed.
 
     Sequences with failed runs are left out.
@@ -114,22 +115,25 @@ def changed_facts(before: BaselineEntries, now: BaselineEntries) -> dict[str, li
 
 
 def check(
-    before: Baseline,
+    baseline: Baseline,
     now: BaselineEntries,
-    made_with: Mapping[str, str],
+    environment: Mapping[str, str],
     not_repeatable: Collection[tuple[str, str]] = (),
     families: Mapping[str, str] | None = None,
 ) -> Check:
-    """Compare entries with a baseline.
+    """Compare new entries of the same trackers and sequences with a baseline.
 
-    `now`: entries of the same trackers and sequences. `made_with`: their platform and libraries
-    (`surroundings`). `not_repeatable`: deterministic trackers and sequences whose boxes differ
-    between runs. `families`: family of every sequence, which counts once in means; by default each
-    sequence counts once.
+    If `environment`, the platform and libraries of the new entries, differs from the baseline's,
+    deterministic trackers may change as much as the baseline's detectable drop. `not_repeatable`
+    lists deterministic trackers and sequences whose boxes differ between two new runs; no decision
+    is possible on them. If `families` gives the family of every sequence, a family counts once in
+    means.
     """
-    rows = _paired(before.entries, now)
+    rows = _paired(baseline.entries, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
-    margin = MARGIN if made_with == before.made_with else max(MARGIN, before.detect)
+    margin = (
+        MARGIN if environment == baseline.environment else max(MARGIN, baseline.detectable_drop)
+    )
     sequences = []
     for row in rows:
         if all(row.same):
@@ -137,17 +141,17 @@ def check(
         elif (row.tracker, row.sequence) in not_repeatable:
             change = Decision("inconclusive", float(row.differences[0]), reason=UNREPEATABLE)
         elif row.is_random:
-            change = decide_by_seeds(row.differences, len(changed), before.detect)
+            change = decide_by_repetitions(row.differences, len(changed), baseline.detectable_drop)
         else:
             change = decide_deterministic(float(row.differences[0]), margin)
         p = p_value(row.differences, len(changed)) if change.interval else nan
-        sequences.append(replace(row, change=change, p=p))
+        sequences.append(replace(row, change=change, p_value=p))
     trackers = list(dict.fromkeys(row.tracker for row in changed))
     means = [
-        _mean([row for row in rows if row.tracker == tracker], len(trackers), before, families)
+        _mean([row for row in rows if row.tracker == tracker], len(trackers), baseline, families)
         for tracker in trackers
     ]
-    return Check(before, now, made_with, _in_order(sequences), _in_order(means))
+    return Check(baseline, now, environment, _in_order(sequences), _in_order(means))
 
 
 def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
@@ -156,7 +160,7 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
     for tracker, entries in before.items():
         for name, old in entries.items():
             new = now[tracker][name]
-            same = (np.array(old.boxes) == np.array(new.boxes)).tolist()
+            same = (np.array(old.box_digests) == np.array(new.box_digests)).tolist()
             rows.append(ScoreChange(tracker, name, old.overlap, new.overlap, same, new.failures))
     return rows
 
@@ -164,21 +168,21 @@ def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
 def _mean(
     rows: Sequence[ScoreChange],
     comparisons: int,
-    before: Baseline,
+    baseline: Baseline,
     families: Mapping[str, str] | None,
 ) -> ScoreChange:
     """Return the change of a tracker's mean over all sequences, or over families of them."""
     names = [row.sequence for row in rows]
     units = units_of(names, families=families or dict(zip(names, names, strict=True)))
     weights = units.means(np.eye(len(rows))).mean(axis=-1)
-    by_seed = np.average([row.differences for row in rows], axis=0, weights=weights)
+    by_repetition = np.average([row.differences for row in rows], axis=0, weights=weights)
     old, new, same = (
         list(chain.from_iterable(parts))
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
-    change = decide_by_seeds(by_seed, comparisons, before.detect)
+    change = decide_by_repetitions(by_repetition, comparisons, baseline.detectable_drop)
     words = f"mean of {len(units)} {units.plural if len(units) > 1 else units.kind}"
-    p = p_value(by_seed, comparisons) if change.interval else nan
+    p = p_value(by_repetition, comparisons) if change.interval else nan
     shares = weights.tolist()
     return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p, shares)
 
@@ -195,7 +199,7 @@ def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
     return sorted(changes, key=lambda row: (_ORDER.index(row.change.label), row.change.mean))
 
 
-def headline(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
+def summary_line(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
     """Return the line PASS or FAIL with the numbers of changed and unchanged scores.
 
     `where`: file of the baseline. `slower`: number of slower trackers. `strict`: inconclusive
@@ -223,7 +227,7 @@ def table(result: Check, *, whole: bool = False) -> Table:
         name="check",
         caption="Mean overlap before and now. The intervals of all sequences hold together at 95 "
         "%, and so do the intervals of all means.",
-        heads=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
+        headings=["", "tracker", "sequence", "before", "now", "change", "same boxes"],
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],
         ranks=[1, 2, 0, 3],
@@ -252,7 +256,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     identical = Counter(row.tracker for row in result.sequences if row.change.label == "identical")
     counts = "; ".join(f"{tracker}  {_counted(n)}" for tracker, n in identical.items())
     notes = [f"identical  {counts}"] if counts and not whole else []
-    for tracker in result.before.entries:
+    for tracker in result.baseline.entries:
         notes += _regressions(result, tracker)
     notes += [
         f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
@@ -262,15 +266,15 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     notes += [
         f"{tracker} is not repeatable. Declare `randomness = Randomness.GENERATOR`, draw from "
         "`np.random.default_rng(self.seed)` only, and make the baseline again."
-        for tracker in result.before.entries
+        for tracker in result.baseline.entries
         if any(
             (row.tracker, row.change.reason) == (tracker, UNREPEATABLE) for row in result.sequences
         )
     ]
-    before = result.before.made_with
+    before = result.baseline.environment
     changes = [
         f"{key} {before.get(key, 'unknown')} -> {value}"
-        for key, value in result.made_with.items()
+        for key, value in result.environment.items()
         if before.get(key) != value
     ]
     if changes and any(row.change.label != "identical" for row in result.sequences):
@@ -291,26 +295,26 @@ def _regressions(result: Check, tracker: str) -> list[str]:
     lines = [f"REGRESSION: {tracker} is worse {' and '.join(places)}."] if places else []
     failed = [(row.sequence, *failure) for row in rows for failure in row.failures.items()]
     if failed:
-        sequence, seed, reason = failed[0]
+        sequence, repetition, reason = failed[0]
         lines.append(
             f"REGRESSION: {tracker} failed in {len(failed)} of {sum(len(row.new) for row in rows)} "
-            f"runs; the baseline has no failures. {sequence}, seed {seed}: {reason}"
+            f"runs; the baseline has no failures. {sequence}, repetition {repetition}: {reason}"
         )
     return lines
 
 
-def as_data(result: Check) -> dict[str, Any]:
+def check_json(result: Check) -> dict[str, Any]:
     """Return the object of `--json`; missing values are null."""
     return {
         "verdict": result.verdict,
-        "detect": result.before.detect,
-        "same_surroundings": result.made_with == result.before.made_with,
-        "cells": [_data(row) for row in result.sequences],
+        "detectable_drop": result.baseline.detectable_drop,
+        "same_environment": result.environment == result.baseline.environment,
+        "scores": [_data(row) for row in result.sequences],
         "means": [_data(row) for row in result.means],
     }
 
 
-def as_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
+def check_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> str:
     """Return JUnit XML with a test case per sequence and mean; inconclusive cases are skipped.
 
     `times`: test cases of timed trackers: tracker, state and message.
@@ -337,7 +341,9 @@ def _words(row: ScoreChange) -> str:
     change = row.change
     words = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
     words += f"; {change.reason}" if change.reason else ""
-    failures = [f"; seed {seed} failed: {reason}" for seed, reason in row.failures.items()]
+    failures = [
+        f"; repetition {repetition} failed: {reason}" for repetition, reason in row.failures.items()
+    ]
     return words + "".join(failures[:1])
 
 
@@ -347,18 +353,18 @@ def _data(row: ScoreChange) -> dict[str, Any]:
     return {
         "tracker": row.tracker,
         "sequence": row.sequence,
-        "state": change.label,
+        "decision": change.label,
         "reason": change.reason,
         "before": row.before,
         "now": row.now,
         "difference": change.mean,
         "low": low,
         "high": high,
-        "p": row.p if isfinite(row.p) else None,
+        "p_value": row.p_value if isfinite(row.p_value) else None,
         "runs_before": len(row.old),
         "runs": len(row.new),
         "same_boxes": sum(row.same),
         "failed": len(row.failures),
         "failure": next(iter(row.failures.values()), ""),
-        "seeds_needed": change.needed,
+        "repetitions_needed": change.needed,
     }

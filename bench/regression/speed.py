@@ -15,22 +15,23 @@ import pandas as pd
 
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
+from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
+from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
 from trackmark.bench.regression.baseline import Baseline, BaselineError
 from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
-    Pace,
-    Sample,
-    judge_pace,
+    RatioSample,
+    SpeedChange,
+    decide_speed,
     log_ratio,
     missing_sessions,
-    sample_of,
+    ratio_sample,
 )
+from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.reports.tables import MISSING, Cell, Table
-from trackmark.reports.temporary_paths import temporary_folder
 from trackmark.trackers.base.catalogue import in_file, is_outside
 from trackmark.trackers.base.seeds import run_seed
 
@@ -50,7 +51,7 @@ def check_speeds(
     revision: str,
     budget: float,
     report: Callable[[str], None],
-) -> dict[str, Pace]:
+) -> dict[str, SpeedChange]:
     """Time trackers of a baseline against a git revision of their files; slower ones come first.
 
     `labels`: timed trackers; they run on the first frames of their sequences. `budget`: total time
@@ -59,27 +60,27 @@ def check_speeds(
     Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing, or if
     the budget is too small for the least number of sessions.
     """
-    paces = {}
+    speed_changes = {}
     ends = monotonic() + budget
     with temporary_folder() as folder:
         # Extract all trackers first: a missing revision is then reported before any timing.
-        olds = {
-            label: _older_setup(revision, _setup(baseline, label), Path(folder, str(number)))
+        specs_of_revision = {
+            label: _spec_of_revision(revision, _setup(baseline, label), Path(folder, str(number)))
             for number, label in enumerate(labels)
         }
-        for number, (label, old) in enumerate(olds.items()):
+        for number, (label, old) in enumerate(specs_of_revision.items()):
             deadline = monotonic()
             deadline += (ends - deadline) / (len(labels) - number)
             clips = _clips(baseline, label, Path(folder, f"clips-{number}"))
             try:
                 setups = [old, _setup(baseline, label)]
                 sample = _sample(label, setups, clips, deadline, len(labels), report)
-                paces[label] = judge_pace(sample, len(labels))
+                speed_changes[label] = decide_speed(sample, len(labels))
             except TurnError as error:
                 reason = f"the tracker cannot be timed: {error}"
-                paces[label] = Pace("inconclusive", reason=reason)
+                speed_changes[label] = SpeedChange("inconclusive", reason=reason)
             except _BudgetError as error:
-                if not paces:
+                if not speed_changes:
                     least = ceil(error.seconds * len(labels))
                     raise BaselineError(
                         f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
@@ -87,8 +88,8 @@ def check_speeds(
                         "trackers with --trackers."
                     ) from None
                 reason = f"--budget: its {MIN_SESSIONS} sessions take {error.seconds:.0f} s"
-                paces[label] = Pace("inconclusive", reason=reason)
-    return dict(sorted(paces.items(), key=lambda item: _ORDER.index(item[1].state)))
+                speed_changes[label] = SpeedChange("inconclusive", reason=reason)
+    return dict(sorted(speed_changes.items(), key=lambda item: _ORDER.index(item[1].decision)))
 
 
 class _BudgetError(Exception):
@@ -100,7 +101,7 @@ class _BudgetError(Exception):
 
 
 def _setup(baseline: Baseline, label: str) -> Setup:
-    name, options = split_text(baseline.texts[label])
+    name, options = split_text(baseline.specs[label])
     return Setup(name, {key: text for key, text in options.items() if key != "init"})
 
 
@@ -111,8 +112,8 @@ def _sample(
     deadline: float,
     tests: int,
     report: Callable[[str], None],
-) -> Sample:
-    """Run sessions until there are enough for their spread, or the time is over.
+) -> RatioSample:
+    """Run sessions until their number suffices for their spread, or until the deadline.
 
     Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
     """
@@ -127,7 +128,7 @@ def _sample(
         if len(logs) >= MIN_SESSIONS:
             report(
                 f"{label}: {len(logs)} sessions in {seconds:.0f} s with a spread "
-                f"of {sample_of(logs).spread:.1%}; {n_missing} more needed"
+                f"of {ratio_sample(logs).spread:.1%}; {n_missing} more needed"
                 + (": use a larger --budget." if n_missing > n_affordable else ".")
             )
         else:  # the first sessions fit; a slow one must not make the sample too small
@@ -137,13 +138,13 @@ def _sample(
         ]
         if n_affordable < n_missing:
             break
-    return sample_of(logs)
+    return ratio_sample(logs)
 
 
 def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     """Write the first frames of a tracker's sequences into a new folder."""
     folder.mkdir()
-    _, options = split_text(baseline.texts[label])
+    _, options = split_text(baseline.specs[label])
     sources = [entry.source for entry in baseline.entries[label].values()]
     indices = np.linspace(0, len(sources) - 1, min(CLIPS, len(sources))).round().astype(int)
     clips = [
@@ -173,14 +174,14 @@ def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | N
     return Clip(
         images=images,
         first=first - begin,
-        frames=stop - first - 1,
+        n_frames=stop - first - 1,
         box=select_ground_truth(sequence, init, sequence.name).boxes[first].tolist(),
         mask="" if mask is None else f"{stem}-mask.npy",
         seed=run_seed(label, sequence.name, 0).spawn_key,
     )
 
 
-def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
+def _spec_of_revision(revision: str, now: Setup, folder: Path) -> Setup:
     """Extract a tracker of a git revision, with the files next to it, into a folder.
 
     The extracted folder replaces the folder of the tracker's file on the module path. Modules of
@@ -192,7 +193,7 @@ def _older_setup(revision: str, now: Setup, folder: Path) -> Setup:
     if is_external(name, now.options or {}) or (place is None and is_outside(name)):
         raise BaselineError(
             f"{name} cannot be taken from {revision}: it runs in a process of its own, or comes "
-            "from an installed package. --against takes trackers in files and of trackmark itself."
+            "from an installed package. --revision takes trackers in files and of trackmark itself."
         )
     if place is None:
         file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
@@ -227,49 +228,61 @@ def _git(folder: Path, *arguments: str) -> bytes:
     try:
         process = subprocess.run(command, capture_output=True, check=False)  # noqa: S603  # the user's arguments
     except OSError as error:
-        raise BaselineError(f"--against: cannot run git ({error}). Install git.") from error
+        raise BaselineError(f"--revision: cannot run git ({error}). Install git.") from error
     if process.returncode:
         message = "".join(process.stderr.decode(errors="replace").strip().splitlines()[-1:])
         if "single revision" in message:
             message = f"unknown revision {arguments[-1].removesuffix('^{commit}')!r}"
-        raise BaselineError(f"--against: git failed in {folder}: {message or 'no message'}.")
+        raise BaselineError(f"--revision: git failed in {folder}: {message or 'no message'}.")
     return process.stdout
 
 
-def speed_table(paces: Mapping[str, Pace]) -> Table:
+def speed_table(speed_changes: Mapping[str, SpeedChange]) -> Table:
     """Return the table of speeds."""
     return Table(
         name="speeds",
         caption="Change of the time of updates since the revision, with 95 % intervals.",
-        heads=["", "tracker", "time", "95 %", "sessions"],
+        headings=["", "tracker", "time", "95 %", "sessions"],
         n_labels=2,
         rows=[
-            [Cell(text) for text in (pace.state, label, *_figures(pace))]
-            for label, pace in paces.items()
+            [Cell(text) for text in (speed_change.decision, label, *_figures(speed_change))]
+            for label, speed_change in speed_changes.items()
         ],
-        notes=[f"{label}: {pace.reason}." for label, pace in paces.items() if pace.reason],
-        data=pd.DataFrame(speed_data(paces)),
+        notes=[
+            f"{label}: {speed_change.reason}."
+            for label, speed_change in speed_changes.items()
+            if speed_change.reason
+        ],
+        data=pd.DataFrame(speed_data(speed_changes)),
     )
 
 
-def _figures(pace: Pace) -> tuple[str, str, str]:
-    if pace.reason:
+def _figures(speed_change: SpeedChange) -> tuple[str, str, str]:
+    if speed_change.reason:
         return MISSING, MISSING, MISSING
-    return f"{pace.change:+.1%}", f"{pace.low:+.1%} to {pace.high:+.1%}", str(pace.sessions)
+    return (
+        f"{speed_change.change:+.1%}",
+        f"{speed_change.low:+.1%} to {speed_change.high:+.1%}",
+        str(speed_change.sessions),
+    )
 
 
-def speed_cases(paces: Mapping[str, Pace]) -> list[tuple[str, str, str]]:
+def speed_cases(speed_changes: Mapping[str, SpeedChange]) -> list[tuple[str, str, str]]:
     """Return tracker, state and message of each test case for JUnit's XML."""
     return [
-        (label, pace.state, pace.reason or "time {} ({})".format(*_figures(pace)))
-        for label, pace in paces.items()
+        (
+            label,
+            speed_change.decision,
+            speed_change.reason or "time {} ({})".format(*_figures(speed_change)),
+        )
+        for label, speed_change in speed_changes.items()
     ]
 
 
-def speed_data(paces: Mapping[str, Pace]) -> list[dict[str, Any]]:
+def speed_data(speed_changes: Mapping[str, SpeedChange]) -> list[dict[str, Any]]:
     """Return the entries of `--json`; only a tracker that was timed has numbers."""
     return [
-        {"tracker": label, "state": pace.state, "reason": pace.reason}
-        | ({} if pace.reason else asdict(pace))
-        for label, pace in paces.items()
+        {"tracker": label, "decision": speed_change.decision, "reason": speed_change.reason}
+        | ({} if speed_change.reason else asdict(speed_change))
+        for label, speed_change in speed_changes.items()
     ]

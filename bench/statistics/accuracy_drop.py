@@ -1,6 +1,7 @@
-"""Changes of a tracker's score since its baseline, and the drops that its seeds can detect.
+"""Changes of a tracker's score since its baseline, and the drops that its repetitions can detect.
 
-Old and new runs are paired by seed. A difference is new minus old score, and positive if better.
+Old and new runs are paired by repetition. A difference is new minus old score, so that it is
+positive if the tracker became better.
 """
 
 from collections.abc import Sequence
@@ -26,13 +27,13 @@ from trackmark.bench.statistics.rules import (
     in_words,
 )
 
-MAX_SEEDS = 10_000
-"""Maximum number of seeds of a baseline."""
+MAX_REPETITIONS = 10_000
+"""Maximum number of repetitions of a baseline."""
 
 N_CHECKS = 2000
 """Number of simulated checks: the standard error of a share of 80 % is 0.9 %."""
 
-_MAX_VALUES = 500_000  # of an array; with more than 250 seeds, fewer checks are simulated
+_MAX_VALUES = 500_000  # of an array; with more than 250 repetitions, fewer checks are simulated
 _MAX_TRIALS = 8
 
 IDENTICAL = Decision("identical", 0.0)
@@ -45,65 +46,70 @@ def decide_deterministic(difference: float, margin: float) -> Decision:
     return Decision("not worse", difference)
 
 
-def decide_by_seeds(differences: ArrayLike, comparisons: int, detect: float) -> Decision:
-    """Judge a stochastic tracker by its differences, shape (seeds,), in the range -1 to 1.
+def decide_by_repetitions(
+    differences: ArrayLike, comparisons: int, detectable_drop: float
+) -> Decision:
+    """Decide on the change of a stochastic tracker, a drop of `detectable_drop` being relevant.
 
-    `comparisons`: number of decisions; the probability that any is false is 5 %. `detect`: drop to
-    detect.
+    `differences` has one value per repetition, in the range -1 to 1. `comparisons` is the number of
+    decisions; the probability that any of them is false is 5 %.
     """
-    decision = decide(differences, MARGIN, comparisons, unit="seeds")
+    decision = decide(differences, MARGIN, comparisons, unit="repetitions")
     interval = decision.interval
     if interval is None or decision.label in ("better", "worse"):
         return decision
-    if interval.low > -detect:
+    if interval.low > -detectable_drop:
         return replace(decision, label="not worse", reason="", needed=None)
     if are_equal(differences):
         return replace(decision, label="inconclusive", needed=None)
     likely = mean_interval(differences, LIKELY)
-    needed = _seeds_needed(decision.mean, interval, likely, np.size(differences), detect)
-    reason = in_words(needed, "seeds")
+    needed = _repetitions_needed(
+        decision.mean, interval, likely, np.size(differences), detectable_drop
+    )
+    reason = in_words(needed, "repetitions")
     return replace(decision, label="inconclusive", reason=reason, needed=needed)
 
 
-def _seeds_needed(
-    mean: float, interval: Interval, likely: Interval, seeds: int, detect: float
+def _repetitions_needed(
+    mean: float, interval: Interval, likely: Interval, n_repetitions: int, detectable_drop: float
 ) -> Interval:
-    """Return the range of seeds that would show a drop, or exclude one as large as `detect`.
+    """Return the range of repetitions that would show a drop, or exclude `detectable_drop`.
 
-    The range belongs to the true drops in `likely`; a drop of half of `detect` needs the most.
+    The range belongs to the true drops in `likely`; half of `detectable_drop` needs the most.
     """
     above, below = interval.high - mean, mean - interval.low
 
     def number(drop: float) -> float:
         ratios = [above / drop] if drop > 0 else []
-        ratios += [below / (detect - drop)] if drop < detect else []
-        return max(seeds + 1, ceil(seeds * (POWER_FACTOR * min(ratios)) ** 2))
+        ratios += [below / (detectable_drop - drop)] if drop < detectable_drop else []
+        return max(n_repetitions + 1, ceil(n_repetitions * (POWER_FACTOR * min(ratios)) ** 2))
 
     drops = [-likely.high, -mean, -likely.low]
-    hardest = above / (above + below) * detect
+    hardest = above / (above + below) * detectable_drop
     drops += [hardest] if drops[0] < hardest < drops[2] else []
     numbers = [number(drop) for drop in drops]
     return Interval(min(numbers), max(numbers))
 
 
 def missed_drops(
-    scores: Sequence[ArrayLike], seeds: int, comparisons: int, *, in_mean: bool = False
+    scores: Sequence[ArrayLike], n_repetitions: int, comparisons: int, *, in_mean: bool = False
 ) -> NDArray[np.float64]:
     """Simulate checks; return for each the largest drop that the rule does not call worse.
 
-    Old and new scores are drawn from the deviations of the seeds from their mean on a sequence, all
-    with new random numbers. A check draws one of the sequences, or their mean with `in_mean`. The
-    result is infinite if the rule finds no drop of any size. Its shape is (checks,).
+    Old and new scores are drawn from the deviations of the repetitions from their mean on a
+    sequence, all with new random numbers. A check draws one of the sequences, or their mean with
+    `in_mean`. The result is infinite if the rule finds no drop of any size. Its shape is (checks,).
 
-    `scores`: scores of a tracker's seeds, one array of two or more per sequence. `seeds`: number of
-    seeds of the simulated checks. `comparisons`: see `decide_by_seeds`.
+    `scores`: scores of a tracker's repetitions, one array of two or more per sequence.
+    `n_repetitions`: number of repetitions of the simulated checks. `comparisons`: see
+    `decide_by_repetitions`.
     """
     generator = np.random.default_rng(0)  # equal baselines print equal lines
-    checks = min(N_CHECKS, max(N_CHECKS // 10, _MAX_VALUES // seeds))
+    checks = min(N_CHECKS, max(N_CHECKS // 10, _MAX_VALUES // n_repetitions))
     deviations = [_deviations(np.asarray(values, np.float64)) for values in scores]
-    sides = (checks, seeds, 2)
+    sides = (checks, n_repetitions, 2)
     if in_mean:
-        total = np.zeros((checks, seeds))
+        total = np.zeros((checks, n_repetitions))
         for values in deviations:
             drawn = generator.choice(values, sides)
             total += drawn[..., 0] - drawn[..., 1]
@@ -121,8 +127,10 @@ def missed_drops(
     # A drop moves the interval: it is found if the interval is then below 0 and not inside ±margin.
     low, high = interval_ends(differences, corrected_level(comparisons))
     missed: NDArray[np.float64] = np.maximum(high, low + MARGIN)
-    if comparisons * 2.0 ** (1 - seeds) > 1 - CONFIDENCE:
-        missed[np.ptp(differences, axis=-1) <= EQUAL] = inf  # equal differences on too few seeds
+    if comparisons * 2.0 ** (1 - n_repetitions) > 1 - CONFIDENCE:
+        missed[np.ptp(differences, axis=-1) <= EQUAL] = (
+            inf  # equal differences on too few repetitions
+        )
     return missed
 
 
@@ -150,27 +158,27 @@ def found_drop(missed: NDArray[np.float64]) -> float:
     return rounded if share_found(missed, rounded) >= POWER else rounded + unit
 
 
-def advised_seeds(
-    scores: Sequence[ArrayLike], seeds: int, comparisons: int, detect: float
+def advised_repetitions(
+    scores: Sequence[ArrayLike], n_repetitions: int, comparisons: int, detectable_drop: float
 ) -> int | None:
-    """Return the number of seeds that finds a drop on one sequence in 80 % of simulated checks.
+    """Return the number of repetitions that finds a drop on one sequence in 80 % of checks.
 
-    The result is None if `MAX_SEEDS` seeds do not suffice, or if the drop is below the margin.
-    `seeds`: number from which the search starts. Other parameters: see `missed_drops`.
+    The result is None if `MAX_REPETITIONS` do not suffice, or if the drop is below the margin.
+    `n_repetitions`: number from which the search starts. Other parameters: see `missed_drops`.
     """
     sufficient = None
-    for _ in range(_MAX_TRIALS if detect >= MARGIN else 0):
-        missed = missed_drops(scores, seeds, comparisons)
-        share = share_found(missed, detect)
+    for _ in range(_MAX_TRIALS if detectable_drop >= MARGIN else 0):
+        missed = missed_drops(scores, n_repetitions, comparisons)
+        share = share_found(missed, detectable_drop)
         if share >= POWER:
-            sufficient = min(seeds, sufficient or seeds)
-        if POWER <= share < POWER + 0.02 or (share >= POWER and seeds == MIN_UNITS):
+            sufficient = min(n_repetitions, sufficient or n_repetitions)
+        if POWER <= share < POWER + 0.02 or (share >= POWER and n_repetitions == MIN_UNITS):
             break
         drop = float(np.quantile(missed, POWER, method="higher"))
-        # Intervals are about as wide as the inverse root of the number of seeds.
-        factor = (drop / detect) ** 2 if isfinite(drop) else 2.0
-        following = min(max(MIN_UNITS, ceil(seeds * factor)), MAX_SEEDS)
-        if following == seeds:
+        # Intervals are about as wide as the inverse root of the number of repetitions.
+        factor = (drop / detectable_drop) ** 2 if isfinite(drop) else 2.0
+        following = min(max(MIN_UNITS, ceil(n_repetitions * factor)), MAX_REPETITIONS)
+        if following == n_repetitions:
             break
-        seeds = following
+        n_repetitions = following
     return sufficient

@@ -19,7 +19,7 @@ CONFIDENCE = 0.95
 """Joint confidence level of all intervals; each of m has the level 1 - 0.05 / m (Bonferroni)."""
 
 POWER = 0.80
-"""Share of cases in which the advised number of seeds detects a drop."""
+"""Share of cases in which the advised number of repetitions detects a drop."""
 
 POWER_FACTOR = 1.4
 """Ratio of a difference to the expected half width of its interval at which the power is 80 %."""
@@ -53,8 +53,8 @@ SHARE_LIMIT = 0.5
 it shows must occur in most scenes.
 """
 
-DEFAULT_SEEDS = 20
-"""Number of seeds per sequence in a baseline."""
+DEFAULT_REPETITIONS = 20
+"""Number of repetitions per sequence in a baseline."""
 
 LIKELY = 0.5
 """Confidence level of the differences from which a range of numbers of units is computed."""

@@ -27,10 +27,10 @@ MIN_SESSIONS = 6
 _MAX_SESSIONS = 1000
 _MIN_SPREAD = 1e-4  # lower limit of the spread: two sessions can agree by chance to the last digit
 
-PaceLabel = Literal["slower", "inconclusive", "faster", "not 5 % slower"]
+SpeedDecision = Literal["slower", "inconclusive", "faster", "not 5 % slower"]
 
 
-class Sample(NamedTuple):
+class RatioSample(NamedTuple):
     """Mean, standard deviation and number of log ratios, one per session."""
 
     mean: float
@@ -39,10 +39,10 @@ class Sample(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Pace:
+class SpeedChange:
     """Relative change of a tracker's time: 0.05 if it takes 5 % longer."""
 
-    state: PaceLabel
+    decision: SpeedDecision
     change: float = nan
     low: float = nan  # 95 % interval
     high: float = nan
@@ -60,12 +60,12 @@ def log_ratio(times: NDArray[np.float64]) -> float:
     return log(second / first)
 
 
-def sample_of(logs: Sequence[float]) -> Sample:
+def ratio_sample(logs: Sequence[float]) -> RatioSample:
     """Return mean and standard deviation of the log ratios of sessions."""
-    return Sample(float(np.mean(logs)), float(np.std(logs, ddof=1)), len(logs))
+    return RatioSample(float(np.mean(logs)), float(np.std(logs, ddof=1)), len(logs))
 
 
-def judge_pace(sample: Sample, tests: int = 1) -> Pace:
+def decide_speed(sample: RatioSample, tests: int = 1) -> SpeedChange:
     """Judge sessions by Student's t.
 
     `sample`: log ratios to the old version. `tests`: number of tested trackers; the probability of
@@ -74,19 +74,19 @@ def judge_pace(sample: Sample, tests: int = 1) -> Pace:
     """
     levels = [0.975, 1 - MAX_FALSE_ALARMS / tests]
     half, alarm = (_standard_error(sample) * stdtrit(sample.n - 1, levels)).tolist()
-    state: PaceLabel = "inconclusive"
+    decision: SpeedDecision = "inconclusive"
     if sample.mean - alarm > log1p(MARGIN):
-        state = "slower"
+        decision = "slower"
     elif sample.mean + alarm < -log1p(MARGIN):
-        state = "faster"
+        decision = "faster"
     elif sample.mean + half < log1p(SLOWDOWN):
-        state = "not 5 % slower"
-    return Pace(
-        state, expm1(sample.mean), expm1(sample.mean - half), expm1(sample.mean + half), sample.n
+        decision = "not 5 % slower"
+    return SpeedChange(
+        decision, expm1(sample.mean), expm1(sample.mean - half), expm1(sample.mean + half), sample.n
     )
 
 
-def sessions_needed(sample: Sample, tests: int = 1) -> float:
+def sessions_needed(sample: RatioSample, tests: int = 1) -> float:
     """Return the number of sessions that detects a slowdown of 5 % in 95 % of cases."""
     for n in range(MIN_SESSIONS, _MAX_SESSIONS):
         # Only half of the allowed misses is used: few sessions can agree too well by chance.
@@ -103,9 +103,9 @@ def missing_sessions(logs: Sequence[float], tests: int = 1) -> int:
     """
     if len(logs) < MIN_SESSIONS:
         return MIN_SESSIONS - len(logs)
-    needed = sessions_needed(sample_of(logs), tests)
+    needed = sessions_needed(ratio_sample(logs), tests)
     return 0 if needed == inf else min(max(int(needed) - len(logs), 0), len(logs))
 
 
-def _standard_error(sample: Sample) -> float:
+def _standard_error(sample: RatioSample) -> float:
     return max(sample.spread, _MIN_SPREAD) / sqrt(sample.n)

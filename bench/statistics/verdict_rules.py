@@ -50,7 +50,7 @@ class Verdict:
     verdict: Outcome  # label that is printed and stored
     statistic: float = nan  # estimate, in `unit`; NaN if missing
     interval: Interval = NO_INTERVAL  # interval of the estimate, which determines the verdict
-    cells: int = 0  # number of units (`counted`) in the estimate
+    n_units: int = 0  # number of units (`counted`) in the estimate
     reason: str = ""  # without a full stop
     estimate_name: str = ""  # name of the estimate or of the decisive part
     unit: str = ""
@@ -62,8 +62,8 @@ class Verdict:
         if isnan(self.statistic):
             return ""
         estimate = f"{self.estimate_name}: {self._numbers}" if self.estimate_name else self._numbers
-        counted = self.counted if self.cells == 1 else f"{self.counted}s"
-        return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.cells} {counted}"
+        counted = self.counted if self.n_units == 1 else f"{self.counted}s"
+        return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.n_units} {counted}"
 
     @property
     def _numbers(self) -> str:

@@ -6,16 +6,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.store.layout import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, list_scored_runs
+from trackmark.bench.store.keys import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
-def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
+def load_table(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
     """Return the runs of an experiment, or of all experiments in a folder.
 
     Parameters
@@ -43,14 +42,14 @@ def load_runs(folder: str | Path, cells: Collection[RunKey] | None = None) -> "p
     selected = None if cells is None else set(cells)
     rows: list[dict[str, Any]] = []
     for path in experiment_folders(Path(folder)):
-        requested = with_manifest(list_scored_runs(Results(path)), Results(path).manifest())
+        requested = with_missing(scored_rows(RunStore(path)), RunStore(path).requested_runs())
         chosen = [row for row in requested if selected is None or run_key(row) in selected]
         rows += [{"experiment": path.name, **row} for row in with_one_version(chosen)]
     return to_data_frame(rows)
 
 
 def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Convert rows of `list_scored_runs`, which may have further text fields, to a data frame."""
+    """Convert rows of `scored_rows`, which may have further text fields, to a data frame."""
     import pandas as pd
 
     rows = list(rows)
@@ -77,7 +76,7 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs` is a data frame of `load_runs`. Runs without revised boxes keep the scores of their
+    `runs` is a data frame of `load_table`. Runs without revised boxes keep the scores of their
     online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
@@ -88,15 +87,15 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     return runs.assign(**revised.where(revised.notna(), runs[names]))
 
 
-def ordered_rows(results: Results, **only: str) -> list[dict[str, Any]]:
-    """Return the rows of stored runs with scores, in the order of `load_runs`.
+def rows_in_order(results: RunStore, **having: str) -> list[dict[str, Any]]:
+    """Return the rows of stored runs with scores, in the order of `load_table`.
 
-    `only` selects rows by values of fields, for example `status="finished"`.
+    `having` selects rows by values of fields, for example `status="finished"`.
     """
     return [
         row
-        for row in with_one_version(with_manifest(list_scored_runs(results), results.manifest()))
-        if row["status"] != "missing" and all(row[name] == text for name, text in only.items())
+        for row in with_one_version(with_missing(scored_rows(results), results.requested_runs()))
+        if row["status"] != "missing" and all(row[name] == text for name, text in having.items())
     ]
 
 
@@ -121,7 +120,7 @@ def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
-def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[dict[str, Any]]:
+def with_missing(rows: Iterable[dict[str, Any]], requests: RequestedRuns) -> list[dict[str, Any]]:
     """Return rows of requested stored runs, of other stored runs, and of missing runs, in order.
 
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
@@ -129,11 +128,11 @@ def with_manifest(rows: Iterable[dict[str, Any]], manifest: Manifest) -> list[di
     """
     stored = {run_key(row): row for row in rows}
     ordered = []
-    for key, version in manifest.versions.items():
+    for key, version in requests.versions.items():
         if row := stored.get(key):
             ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-    ordered += [row for key, row in stored.items() if key not in manifest.versions]
-    for key in manifest.versions:
+    ordered += [row for key, row in stored.items() if key not in requests.versions]
+    for key in requests.versions:
         if key not in stored:
             fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
             ordered.append({**fields, "status": "missing", "failure": ""})

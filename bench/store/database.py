@@ -1,62 +1,52 @@
-"""The SQLite file of an experiment: schema, connections, and digests of all rows.
+"""The SQLite file of an experiment: schema, connections, and one digest per row.
 
-Every row has a SHA-256 digest of its other columns. For every table, the file also stores the XOR
-of the digests of all its rows. Readers thereby detect changed, missing and added rows.
+Each row has a SHA-256 digest of its other columns. The row of a run holds everything that belongs
+to the run, also its arrays, so that readers notice each change of a run. A row that does not match
+its digest counts as missing: readers skip it and name it, and the next `trackmark run` repeats the
+run. A deleted row is missing in the same way.
 """
 
 import hashlib
 import sqlite3
-from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import closing, contextmanager
-from functools import reduce
-from operator import xor
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 """Version of the schema."""
 
 _BUSY_SECONDS = 60.0
 
 _TABLES = {
-    "setting": ("name TEXT PRIMARY KEY, value TEXT NOT NULL", ""),  # title, digests of tables
-    "requested": (
-        "position INTEGER PRIMARY KEY, tracker TEXT NOT NULL, sequence TEXT NOT NULL, "
-        "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, version TEXT NOT NULL",
-        "UNIQUE (tracker, sequence, repetition, protocol)",
-    ),
-    "tracker": ("version TEXT PRIMARY KEY, identity TEXT NOT NULL", ""),  # JSON of `Identity`
+    # `requests`: JSON of the requested runs. One row, so that none of them can get lost unnoticed.
+    "metadata_of_file": ("name TEXT PRIMARY KEY, value TEXT NOT NULL", ""),
     "truth": (
-        "sequence TEXT NOT NULL, fingerprint TEXT NOT NULL, data BLOB NOT NULL",
+        "sequence TEXT NOT NULL, fingerprint TEXT NOT NULL, arrays BLOB NOT NULL",
         "PRIMARY KEY (sequence, fingerprint)",
     ),
     "run": (
         "id INTEGER PRIMARY KEY, tracker TEXT NOT NULL, sequence TEXT NOT NULL, "
         "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, "
-        "version TEXT NOT NULL REFERENCES tracker, fingerprint TEXT NOT NULL, "
+        "version TEXT NOT NULL, fingerprint TEXT NOT NULL, "
         "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
-        "output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
-        "circumstances TEXT NOT NULL, contents TEXT NOT NULL",
+        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
+        "identity TEXT NOT NULL, metadata TEXT NOT NULL, arrays BLOB NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
-    "content": (  # `frames`, `revised`, `arrays`; not in `run`, so that runs are listed quickly
-        "run INTEGER NOT NULL REFERENCES run, name TEXT NOT NULL, data BLOB NOT NULL",
-        "PRIMARY KEY (run, name)",
-    ),
+    # Scores can be computed again, after a change of their code also in another order than runs.
     "score": (
-        "run INTEGER PRIMARY KEY REFERENCES run, scorer TEXT NOT NULL, scores TEXT NOT NULL",
+        "run INTEGER PRIMARY KEY REFERENCES run ON DELETE CASCADE, scorer TEXT NOT NULL, "
+        "scores TEXT NOT NULL",
         "",
     ),
 }
-
 
 _STATEMENTS = [
     f"CREATE TABLE {name} ("
@@ -70,7 +60,7 @@ class DamagedError(ResultsError):
     """Damaged file: its content is not what was written. The message names the file."""
 
 
-def digest(values: Iterable[Any]) -> bytes:
+def _digest(values: Iterable[Any]) -> bytes:
     """Return the SHA-256 digest of values (texts, numbers, None or bytes) and of their types."""
     # Bytes are replaced by their digest, so that `repr` stays short.
     values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
@@ -80,7 +70,11 @@ def digest(values: Iterable[Any]) -> bytes:
 def is_intact(row: sqlite3.Row) -> bool:
     """Return whether a row matches the digest in its last column."""
     *columns, sha256 = row
-    return bool(digest(columns) == sha256)
+    return bool(_digest(columns) == sha256)
+
+
+def _raise(error: DamagedError) -> None:
+    raise error
 
 
 class Database:
@@ -89,124 +83,65 @@ class Database:
     def __init__(self, path: Path, connection: sqlite3.Connection) -> None:
         self.path = path
         self._connection = connection
-        self._changed: Counter[str] = Counter()  # exclusive or of changed rows' digests
 
     def select(self, query: str, *values: Any) -> list[Any]:
         """Return the rows of a query without checking digests."""
         return self._connection.execute(query, values).fetchall()
 
-    def rows(self, table: str, where: str = "1", *values: Any) -> list[sqlite3.Row]:
-        """Return rows of a table, each with its digest as the last column.
+    def rows(
+        self,
+        table: str,
+        where: str = "1",
+        *values: Any,
+        on_damage: Callable[[DamagedError], None] = _raise,
+    ) -> Iterator[sqlite3.Row]:
+        """Yield the undamaged rows of a table, each with its digest as the last column.
 
-        Raises `DamagedError` if a row was changed.
+        `on_damage` is called with an error for each damaged row; by default, the error is raised.
         """
-        rows = self.select(f"SELECT * FROM {table} WHERE {where}", *values)
-        for row in rows:
-            if not is_intact(row):
-                raise self.changed_row(table, row)
-        return rows
-
-    def intact_rows(self, table: str) -> tuple[list[sqlite3.Row], list[DamagedError]]:
-        """Return all unchanged rows, and an error for each changed row.
-
-        Raises `DamagedError` if rows are missing.
-        """
-        rows = self.select(f"SELECT * FROM {table}")
-        stored = [row["sha256"] for row in rows]
-        computed = [digest([*row][:-1]) for row in rows]
-        # In a changed row, either the digest or the other columns are still the original ones.
-        if int(self.setting(_total(table)), 16) not in (_combine(stored), _combine(computed)):
-            raise self.damaged(f"rows of its table {table!r} are missing")
-        if stored == computed:
-            return rows, []
-        changed = [self.changed_row(table, row) for row in rows if not is_intact(row)]
-        return [row for row in rows if is_intact(row)], changed
-
-    def table(self, name: str) -> list[sqlite3.Row]:
-        """Return all rows of a table; raise `DamagedError` if any is changed or missing."""
-        rows, errors = self.intact_rows(name)
-        if errors:
-            raise errors[0]
-        return rows
-
-    def setting(self, name: str) -> str:
-        """Return the value stored by `set`; raise `DamagedError` if it is missing."""
-        for row in self.rows("setting", "name = ?", name):
-            return str(row["value"])
-        raise self.damaged(f"the setting {name!r} is missing")
-
-    def set(self, name: str, value: str) -> None:
-        """Store a value under a name."""
-        values = name, value, digest((name, value))
-        self._connection.execute("INSERT OR REPLACE INTO setting VALUES (?, ?, ?)", values)
+        # One by one: all rows of `run` together can be larger than the memory.
+        for row in self._connection.execute(f"SELECT * FROM {table} WHERE {where}", values):
+            if is_intact(row):
+                yield row
+            else:
+                named = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
+                on_damage(self.damaged(f"a row of its table {table!r} was changed ({named})"))
 
     def insert(self, table: str, rows: Iterable[Sequence[Any]]) -> None:
-        """Insert rows, given the values of all columns except the digest."""
-        sealed = [(*row, digest(row)) for row in rows]
+        """Insert rows, given the values of all columns except the digest.
+
+        A row with the same primary key is replaced.
+        """
+        sealed = [(*row, _digest(row)) for row in rows]
         if sealed:
             marks = ", ".join("?" * len(sealed[0]))
-            self._connection.executemany(f"INSERT INTO {table} VALUES ({marks})", sealed)
-            self._changed[table] ^= _combine(row[-1] for row in sealed)
-
-    def repair(self, table: str, row: Sequence[Any]) -> None:
-        """Replace a damaged row by its original values."""
-        marks = ", ".join("?" * (len(row) + 1))
-        query = f"INSERT OR REPLACE INTO {table} VALUES ({marks})"
-        self._connection.execute(query, (*row, digest(row)))
-        self.recount(table)
+            self._connection.executemany(f"INSERT OR REPLACE INTO {table} VALUES ({marks})", sealed)
 
     def delete(self, table: str, where: str = "1", *values: Any) -> None:
         """Delete rows."""
-        removed = self.select(f"SELECT sha256 FROM {table} WHERE {where}", *values)
-        if removed:
-            self._connection.execute(f"DELETE FROM {table} WHERE {where}", values)
-            self._changed[table] ^= _combine(row["sha256"] for row in removed)
-
-    def recount(self, *tables: str) -> None:
-        """Recompute the digests of tables (default: all), after damaged rows were deleted."""
-        for table in tables or _TABLES.keys() - {"setting"}:
-            rows = self.select(f"SELECT sha256 FROM {table}")
-            self.set(_total(table), f"{_combine(row['sha256'] for row in rows):x}")
-            del self._changed[table]
-
-    def store_totals(self) -> None:
-        """Store the digests of the tables that were changed."""
-        for table, change in self._changed.items():
-            self.set(_total(table), f"{int(self.setting(_total(table)), 16) ^ change:x}")
+        self._connection.execute(f"DELETE FROM {table} WHERE {where}", values)
 
     def rebuild_indexes(self) -> None:
         """Rebuild all indexes from their tables; raise `DamagedError` if other damage remains."""
         self._connection.execute("REINDEX")
-        if problem := self._structural_damage():
-            raise self.damaged(problem)
+        for error in self._structural_damage():
+            raise error
 
-    def _structural_damage(self) -> str:
-        """Return the first damage of the file's structure in one line; empty if there is none."""
+    def _structural_damage(self) -> list[DamagedError]:
+        """Return an error for the first damage of the file's structure; none for a sound file."""
         first = str(self.select("PRAGMA integrity_check(1)")[0][0])
-        return "" if first == "ok" else first.replace("\n", " ")
+        return [] if first == "ok" else [self.damaged(first.replace("\n", " "))]
 
     def find_damage(self) -> list[str]:
-        """Return a message for each damage of the file's structure, and for each damaged table."""
-        messages = []
-        if problem := self._structural_damage():
-            messages.append(str(self.damaged(problem)))
+        """Return a message for each damage of the file's structure, and for each damaged row."""
+        errors: list[ResultsError] = [*self._structural_damage()]
         for table in _TABLES:
             try:
-                if table == "setting":
-                    self.rows(table)
-                    self.setting("title")
-                else:
-                    self.table(table)
-            except DamagedError as error:
-                messages.append(str(error))
+                for _ in self.rows(table, on_damage=errors.append):
+                    pass
             except (sqlite3.Error, UnicodeDecodeError) as error:
-                messages.append(str(_to_results_error(self.path, error)))
-        return messages
-
-    def changed_row(self, table: str, row: sqlite3.Row) -> DamagedError:
-        """Return the error for a changed row."""
-        values = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
-        return self.damaged(f"a row of its table {table!r} was changed ({values})")
+                errors.append(_to_results_error(self.path, error))
+        return [str(error) for error in errors]
 
     def damaged(self, reason: str) -> DamagedError:
         """Return the error for damage of the file."""
@@ -215,19 +150,12 @@ class Database:
             "damaged runs (`trackmark results remove`) and run the same command again."
         )
 
-    def copy(self, target: Path) -> None:
-        """Copy the file to a folder that contains no results."""
-        with closing(sqlite3.connect(target / DATABASE)) as copy:
-            self._connection.backup(copy)
-
     def create(self) -> None:
         """Create empty tables."""
         for statement in _STATEMENTS:
             self._connection.execute(statement)
         self._connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
         self._connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
-        self.set("title", "")
-        self.recount()
 
 
 @contextmanager
@@ -240,7 +168,7 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
     Raises `ResultsError`, which names the file, if it is damaged, has another version, or cannot be
     read or written.
     """
-    path = folder / DATABASE
+    path = folder / FILE_NAME
     connection = None
     try:
         connection = _open(path, write=write)
@@ -252,8 +180,6 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
             database = Database(path, connection)
             database.create()
         yield database
-        if write:
-            database.store_totals()
         connection.execute("COMMIT")
     except (sqlite3.Error, UnicodeDecodeError) as error:  # in a message of SQLite
         raise _to_results_error(path, error) from error
@@ -271,7 +197,8 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise ResultsError(
-                f"{path} cannot be written: {error.strerror}. Choose another folder with --output."
+                f"{path} cannot be written: {error.strerror}. "
+                "Choose another folder with --results-root."
             ) from error
     # `rw` also opens write-protected files for reading. `immutable=1` must not be used: it ignores
     # the journal of an interrupted transaction and returns half of its changes.
@@ -283,6 +210,8 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
         isolation_level=None,
     )
     connection.row_factory = sqlite3.Row
+    # A text that is not UTF-8 costs only its row, which then differs from its digest.
+    connection.text_factory = _decode
     connection.execute("PRAGMA foreign_keys = ON")
     # EXTRA also syncs the folder after the journal is deleted. Otherwise, the journal could
     # reappear after a power cut and undo a completed transaction. The journal mode is DELETE,
@@ -321,20 +250,14 @@ def _validated_database(path: Path, connection: sqlite3.Connection) -> Database 
             "runs in another folder."
         )
     database = Database(path, connection)
-    stored = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if not {row[0] for row in stored} >= set(_STATEMENTS):  # earlier versions had further tables
+    tables = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
+    if not {row[0] for row in tables} >= set(_STATEMENTS):
         raise database.damaged("its tables do not have the expected columns")
     return database
 
 
-def _total(table: str) -> str:
-    return f"digest of {table}"
-
-
-def _combine(digests: Iterable[bytes]) -> int:
-    # In a damaged file, a digest can be null or text.
-    valid = (sha256 for sha256 in digests if isinstance(sha256, bytes))
-    return reduce(xor, (int.from_bytes(sha256, "big") for sha256 in valid), 0)
+def _decode(text: bytes) -> str:
+    return text.decode("utf-8", "backslashreplace")
 
 
 def _to_results_error(path: Path, error: Exception) -> ResultsError:
@@ -355,20 +278,22 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
     return ResultsError(f"{path} cannot be read or written: {error}. {remedy}")
 
 
-_PERMISSIONS = "Correct the permissions, or choose another folder with --output."
+_PERMISSIONS = "Correct the permissions, or choose another folder with --results-root."
 _REMEDIES = {
-    "SQLITE_FULL": "Free disk space, or choose another folder with --output.",
+    "SQLITE_FULL": "Free disk space, or choose another folder with --results-root.",
     "SQLITE_READONLY": _PERMISSIONS,
     "SQLITE_CANTOPEN": _PERMISSIONS,
     "SQLITE_PERM": _PERMISSIONS,
     "SQLITE_AUTH": _PERMISSIONS,
     "SQLITE_IOERR_NOMEM": "Free some memory, and run the same command again.",
-    "SQLITE_IOERR": "Free disk space, check the disk, or choose another folder with --output.",
+    "SQLITE_IOERR": (
+        "Free disk space, check the disk, or choose another folder with --results-root."
+    ),
     "SQLITE_NOMEM": "Free some memory, and run the same command again.",
     "SQLITE_PROTOCOL": (
         "The file system does not lock files reliably. Run the same command again, or choose a "
-        "folder on a local disk with --output."
+        "folder on a local disk with --results-root."
     ),
-    "SQLITE_NOLFS": "Choose a folder on another file system with --output.",
+    "SQLITE_NOLFS": "Choose a folder on another file system with --results-root.",
 }
 """Remedies by start of the name of SQLite's error; the longer of two starts comes first."""

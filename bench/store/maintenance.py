@@ -6,17 +6,17 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from trackmark.bench.store.database import DamagedError, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import (
-    DATABASE,
+from trackmark.bench.store.keys import (
+    FILE_NAME,
+    ResultsError,
     RunKey,
     experiment_folders,
     refuse_empty_file,
     run_key,
 )
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_runs, list_scored_runs
-from trackmark.bench.store.truth import MissingTruthError, read_truth, read_truth_row
+from trackmark.bench.store.run_rows import list_runs, scored_rows
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.truth import MissingTruthError, read_truth_row
 
 _WITHOUT_TRUTH = """
     SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
@@ -24,7 +24,7 @@ _WITHOUT_TRUTH = """
 _BATCH = 200  # runs that are copied in one transaction
 
 
-class RecordedData(NamedTuple):
+class SequenceOrigin(NamedTuple):
     """Recorded sequence on which stored runs were made."""
 
     fingerprint: str  # fingerprint as in `datasets.Sequence`
@@ -40,19 +40,19 @@ class RecordedData(NamedTuple):
         return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
 
 
-def group_recorded_data(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[RecordedData]]:
+def origins_by_name(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[SequenceOrigin]]:
     """Return the recorded sequences that occur in rows of runs, by sequence name."""
-    by_name: dict[str, set[RecordedData]] = {}
+    by_name: dict[str, set[SequenceOrigin]] = {}
     for row in rows:
         if Path(row["source"]).is_absolute():  # built-in sequences have their name as source
-            data = RecordedData(row["fingerprint"], row["source"], row["truth"])
+            data = SequenceOrigin(row["fingerprint"], row["source"], row["truth"])
             by_name.setdefault(row["sequence"], set()).add(data)
     return by_name
 
 
-def find_different_data(
-    data: RecordedData, candidates: Iterable[RecordedData]
-) -> RecordedData | None:
+def find_other_origin(
+    data: SequenceOrigin, candidates: Iterable[SequenceOrigin]
+) -> SequenceOrigin | None:
     """Return a candidate whose content and path differ from those of `data`; None if none does.
 
     A sequence that changed in the same folder does not count: its runs are stale.
@@ -76,15 +76,11 @@ def find_damage(folder: Path) -> list[str]:
         with open_database(folder) as database:
             messages = database.find_damage()
             without_truth = [] if messages else database.select(_WITHOUT_TRUTH)
-        messages += [str(MissingTruthError(folder / DATABASE, *truth)) for truth in without_truth]
-        if messages:
-            return messages
-        for row in list_runs(Results(folder)):
-            Results(folder).read(run_key(row))
-            read_truth(folder, row["sequence"], row["fingerprint"])
     except DamagedError as error:
         return [str(error)]
-    return []
+    return messages + [
+        str(MissingTruthError(folder / FILE_NAME, *truth)) for truth in without_truth
+    ]
 
 
 def repair_indexes(folder: Path) -> None:
@@ -109,34 +105,34 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
-    target_results = Results(target)
+    target_results = RunStore(target)
     present = list_runs(target_results)
-    stored = {run_key(row): (row["version"], row["status"], target) for row in present}
-    data_by_name = group_recorded_data(present)
+    target_runs = {run_key(row): (row["version"], row["status"], target) for row in present}
+    data_by_name = origins_by_name(present)
     tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
-    manifest = target_results.manifest()
-    missing: dict[RunKey, tuple[Results, dict[str, Any]]] = {}
+    requests = target_results.requested_runs()
+    missing: dict[RunKey, tuple[RunStore, dict[str, Any]]] = {}
     conflicts: list[str] = []
     for folder in [path for source in sources for path in experiment_folders(source)]:
-        results = Results(folder)
-        manifest = results.manifest().merged_with(manifest)
+        results = RunStore(folder)
+        requests = results.requested_runs().merged_with(requests)
         rows = list_runs(results)
-        for name, data in group_recorded_data(rows).items():
+        for name, data in origins_by_name(rows).items():
             others = data_by_name.setdefault(name, set())
             conflicts += [
                 f"{name} is {recorded} in {folder}, and {different} in another folder"
                 for recorded in sorted(data)
-                if (different := find_different_data(recorded, others))
+                if (different := find_other_origin(recorded, others))
             ]
             others |= data
         for row in rows:
             key, origin = run_key(row), (row["tracker_version"], folder)
             version, other = tracker_versions.setdefault(row["tracker"], origin)
-            if key not in stored and other != folder and version != row["tracker_version"]:
+            if key not in target_runs and other != folder and version != row["tracker_version"]:
                 conflict = f"the versions of {key[0]} differ between {other} and {folder}"
                 conflicts += [] if conflict in conflicts else [conflict]
-            if key in stored:
-                version, status, other = stored[key]
+            if key in target_runs:
+                version, status, other = target_runs[key]
                 if version != row["version"]:
                     conflicts.append(
                         f"{key[0]} on {key[1]}, repetition {key[2]}, differs between {other} "
@@ -144,11 +140,11 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                     )
                 if status == "finished" or row["status"] == "failed":
                     continue
-            stored[key] = (row["version"], row["status"], folder)
+            target_runs[key] = (row["version"], row["status"], folder)
             missing[key] = results, row
     if conflicts:
         return 0, conflicts
-    target_results.prepare(manifest)
+    target_results.add_requests(requests)
     keys = list(missing)
     for begin in range(0, len(keys), _BATCH):
         batch = keys[begin : begin + _BATCH]
@@ -156,9 +152,9 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
             (row["sequence"], row["fingerprint"]): results.folder
             for results, row in (missing[key] for key in batch)
         }
-        target_results.write_all(
+        target_results.add_all(
             ((missing[key][0].read(key), "") for key in batch),
             [read_truth_row(folder, *truth) for truth, folder in truths.items()],
         )
-    list_scored_runs(target_results)
+    scored_rows(target_results)
     return len(missing), []

@@ -24,8 +24,10 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
         header.append((name, values.dtype.str, values.shape))
         flat = np.ascontiguousarray(values).reshape(-1)
         parts.append(flat.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes())
-    head = json.dumps(header).encode()
-    return zlib.compress(len(head).to_bytes(_HEADER, "little") + head + b"".join(parts), _LEVEL)
+    encoded_header = json.dumps(header).encode()
+    return zlib.compress(
+        len(encoded_header).to_bytes(_HEADER, "little") + encoded_header + b"".join(parts), _LEVEL
+    )
 
 
 def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, NDArray[Any]]:
@@ -43,6 +45,6 @@ def unpack(data: bytes) -> dict[str, NDArray[Any]]:
         size = int(np.prod(shape)) * dtype.itemsize
         flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
-        arrays[name].flags.writeable = False  # several readers can share a run; see `run_cache`
+        arrays[name].flags.writeable = False  # several readers can share a run
         offset += size
     return arrays

@@ -1,7 +1,6 @@
 """Rows of stored runs with scores, which are computed once per run and version of the scorer."""
 
 import json
-import logging
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
 from functools import cache, partial
@@ -13,10 +12,15 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.times import TIME_FIELDS
-from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import RemovedError, Results, sort_key
+from trackmark.bench.store.database import DamagedError, Database, open_database
+from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.run_store import (
+    RemovedError,
+    RunStore,
+    identity_of,
+    sort_key,
+    warn_of_damage,
+)
 from trackmark.bench.store.truth import MissingTruthError, read_truth
 from trackmark.datasets.source_digest import tree_digest
 
@@ -35,7 +39,7 @@ NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELD
 _BATCH = 1000  # runs that are scored in one transaction
 
 
-def list_runs(results: Results) -> list[dict[str, Any]]:
+def list_runs(results: RunStore) -> list[dict[str, Any]]:
     """Return one row, without scores, per finished or failed run, in order.
 
     The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
@@ -47,15 +51,15 @@ def list_runs(results: Results) -> list[dict[str, Any]]:
     date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the global
     random generators from which the tracker has drawn.
 
-    Runs with a damaged row, or with a damaged row of their tracker or ground truth, are left out,
-    with a warning on standard error. Raises `ResultsError` if rows are missing.
+    Damaged runs, and runs whose ground truth is damaged or missing, are left out, with a warning on
+    standard error.
     """
     with open_database(results.folder) as database:
         return [row for _, row in _read_rows(database)]
 
 
-def list_scored_runs(
-    results: Results, progress: Callable[[int, int], None] = lambda *_: None
+def scored_rows(
+    results: RunStore, progress: Callable[[int, int], None] = lambda *_: None
 ) -> list[dict[str, Any]]:
     """Return the rows of `list_runs`, each with a dict `scores`; see `bench.evaluation.score_both`.
 
@@ -65,8 +69,9 @@ def list_scored_runs(
     """
     with open_database(results.folder) as database:
         rows = dict(_read_rows(database))
-        for score in database.intact_rows("score")[0]:  # damaged scores are computed again
-            if score["run"] in rows and score["scorer"] == _scorer_version():
+        # Damaged scores are computed again.
+        for score in database.rows("score", "scorer = ?", _scorer_version(), on_damage=_ignore):
+            if score["run"] in rows:
                 rows[score["run"]]["scores"] = json.loads(score["scores"])
     unscored = [number for number, row in rows.items() if "scores" not in row]
     truth = cache(partial(read_truth, results.folder))
@@ -78,101 +83,81 @@ def list_scored_runs(
                 run = results.read(run_key(row))
                 truth_of_run = truth(row["sequence"], row["fingerprint"])
             except (DamagedError, RemovedError) as error:
-                _warn(str(error))
+                warn_of_damage(error)
                 del rows[number]
                 continue
             row["scores"] = _scores(run, truth_of_run)
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
-            add_scores(results, scored)
+            store_scores(results, scored)
     return list(rows.values())
 
 
 def run_row(run: Run, truth: Any) -> dict[str, Any]:
     """Return the row of a run, with scores."""
     ended = run.status, run.failure, run.identity.repetition, len(run.boxes)
-    fields = _fields(run.circumstances, *ended)
+    fields = _fields(run.metadata, *ended)
     return {**_identity_fields(run.identity), **fields, "scores": _scores(run, truth)}
 
 
-def add_scores(results: Results, rows: Iterable[Mapping[str, Any]]) -> None:
+def store_scores(results: RunStore, rows: Iterable[Mapping[str, Any]]) -> None:
     """Store the scores of rows, unless their runs were replaced or removed in the meantime.
 
     Raises `ResultsError` if they cannot be written.
     """
+    key = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
+    query = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
     with open_database(results.folder, write=True) as database:
         for row in rows:
-            key = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
-            where = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
-            places = (*run_key(row), row["version"], row["status"])
-            for run in database.select(where, *places):
-                for score in database.select("SELECT * FROM score WHERE run = ?", run["id"]):
-                    database.delete("score", "run = ?", run["id"])
-                    if not is_intact(score):
-                        database.recount("score")
-                scores = run["id"], _scorer_version(), json.dumps(row["scores"])
+            values = (*run_key(row), row["version"], row["status"])
+            for (run_id,) in database.select(query, *values):
+                scores = run_id, _scorer_version(), json.dumps(row["scores"])
                 database.insert("score", [scores])
 
 
-def to_json_row(row: Mapping[str, Any]) -> dict[str, Any]:
+def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
     """Return a row in which None (null in JSON) replaces scores that are not finite."""
     scores = {key: value if isfinite(value) else None for key, value in row["scores"].items()}
     return {**row, "scores": scores}
 
 
-@cache
-def _warn(message: str) -> None:
-    """Log a warning, once per process; by default to standard error."""
-    logging.getLogger("trackmark").warning(message)
+def _ignore(error: DamagedError) -> None:
+    pass
 
 
 def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
-    """Return the database id and the row of each undamaged run, in order."""
-    trackers, tracker_errors = database.intact_rows("tracker")
-    identities = {row["version"]: json.loads(row["identity"]) for row in trackers}
-    intact_truths, truth_errors, damaged_truths = set(), [], set()
-    for truth in database.select("SELECT * FROM truth"):
-        if is_intact(truth):
-            intact_truths.add(truth[:2])
-        else:
-            damaged_truths.add(truth[:2])
-            truth_errors.append(database.changed_row("truth", truth))
-    stored, run_errors = database.intact_rows("run")
-    for error in (*tracker_errors, *truth_errors, *run_errors):
-        _warn(str(error))
+    """Return the database id and the row of each undamaged run with ground truth, in order."""
+    damaged = database.select("SELECT sequence, fingerprint FROM truth")
+    truths = {row[:2] for row in database.rows("truth", on_damage=warn_of_damage)}
+    is_damaged = {row[:2] for row in damaged} - truths
     shared: dict[str, dict[str, Any]] = {}
     rows = []
-    for row in stored:
+    for row in database.rows("run", on_damage=warn_of_damage):
+        truth = row["sequence"], row["fingerprint"]
+        if truth not in truths:
+            if truth not in is_damaged:
+                warn_of_damage(MissingTruthError(database.path, *truth))
+            continue
         version = row["version"]
         if version not in shared:
-            if version not in identities:
-                if tracker_errors:
-                    continue
-                raise database.damaged(f"the tracker with the version {version} is missing")
-            shared[version] = _identity_fields(Identity(**identities[version], repetition=0))
-        truth = row["sequence"], row["fingerprint"]
-        if truth not in intact_truths:
-            if truth not in damaged_truths:
-                _warn(str(MissingTruthError(database.path, *truth)))
-            continue
-        circumstances = json.loads(row["circumstances"])
+            shared[version] = _identity_fields(identity_of(row))
         ended = row["status"], row["failure"], row["repetition"], row["frames"]
-        rows.append((row["id"], {**shared[version], **_fields(circumstances, *ended)}))
+        rows.append((row["id"], shared[version] | _fields(json.loads(row["metadata"]), *ended)))
     return sorted(rows, key=lambda numbered: sort_key(run_key(numbered[1])))
 
 
 def _fields(
-    circumstances: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
+    metadata: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
 ) -> dict[str, Any]:
     return {
         "status": status,
         "failure": failure,
-        "generators": ", ".join(circumstances.get("generators", ())),
-        **{name: circumstances.get(name, "") for name in _METADATA_TEXTS},
+        "generators": ", ".join(metadata.get("generators", ())),
+        **{name: metadata.get(name, "") for name in _METADATA_TEXTS},
         "repetition": repetition,
         "frames": frames,
-        **{name: circumstances.get(name) for name in NUMBER_FIELDS[2:]},
+        **{name: metadata.get(name) for name in NUMBER_FIELDS[2:]},
     }
 
 
@@ -183,7 +168,7 @@ def _identity_fields(identity: Identity) -> dict[str, Any]:
         "preset": identity.preset,
         "parameters": json.dumps(identity.parameters, sort_keys=True),
         "version": identity.version,
-        "tracker_version": identity.tracker_digest,
+        "tracker_version": identity.tracker_version,
         "sequence": identity.sequence,
         "fingerprint": identity.fingerprint,
         "protocol": identity.protocol,
@@ -209,6 +194,6 @@ def scorer_digest(bench: Path) -> str:
     that no import statement names them.
     """
     by_name = [
-        file for part in ("metrics/presets", "protocols") for file in bench.glob(f"{part}/*.py")
+        file for part in ("metrics/sets", "protocols") for file in bench.glob(f"{part}/*.py")
     ]
     return tree_digest(bench / "store" / Path(__file__).name, bench, by_name)

@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import DamagedError, Database, is_intact, open_database
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import DATABASE
+from trackmark.bench.store.database import DamagedError, Database, open_database
+from trackmark.bench.store.keys import FILE_NAME, ResultsError
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
@@ -47,16 +46,15 @@ class StoredTruth:
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
     # (n,): see `Sequence`; shape () for no frame
     malformed: NDArray[np.bool_] = field(default_factory=lambda: np.array(False))
-    # Coordinate of the first pixel in the files of the data set; None if an older version stored it
-    first_pixel: int | None = None
+    first_pixel: int = 0  # coordinate of the first pixel in the files of the data set
 
 
 class TruthRow(NamedTuple):
-    """Row of a ground truth in the database; `data` is packed."""
+    """Row of a ground truth in the database; `arrays` are packed."""
 
     sequence: str
     fingerprint: str
-    data: bytes
+    arrays: bytes
 
 
 def stored_truth(sequence: Sequence) -> StoredTruth:
@@ -81,12 +79,12 @@ def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
     return TruthRow(truth.name, fingerprint, pack(_arrays_of(truth)))
 
 
-def write_truth(folder: Path, sequence: Sequence) -> None:
-    """Store a sequence's ground truth in an experiment's folder; see `store_truth`."""
-    store_truth(folder, sequence.fingerprint, stored_truth(sequence))
+def add_truth_of(folder: Path, sequence: Sequence) -> None:
+    """Store a sequence's ground truth in an experiment's folder; see `add_truth`."""
+    add_truth(folder, sequence.fingerprint, stored_truth(sequence))
 
 
-def store_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
+def add_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
     """Store a ground truth, unless it is stored already and undamaged.
 
     Raises `ResultsError` if it cannot be written.
@@ -101,18 +99,16 @@ def put_truth(database: Database, row: TruthRow) -> None:
 
     Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
     """
-    stored = database.select(f"SELECT * FROM truth WHERE {_KEY}", row.sequence, row.fingerprint)
-    if not stored:
+    # A damaged ground truth is replaced.
+    rows = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
+    before = next((unpack(other["arrays"])["boxes"] for other in rows), None)
+    if before is None:
         database.insert("truth", [row])
-    elif not is_intact(stored[0]):
-        database.repair("truth", row)
-    elif stored[0]["data"] != row.data:  # equal boxes can be compressed differently
-        before, after = (unpack(data)["boxes"] for data in (stored[0]["data"], row.data))
-        if not np.array_equal(before, after, equal_nan=True):
-            raise ResultsError(
-                f"{database.path} has another ground truth of {row.sequence} with the same "
-                f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
-            )
+    elif not np.array_equal(before, unpack(row.arrays)["boxes"], equal_nan=True):
+        raise ResultsError(
+            f"{database.path} has another ground truth of {row.sequence} with the same "
+            f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
+        )
 
 
 def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
@@ -120,7 +116,7 @@ def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
     with open_database(folder) as database:
         for row in database.rows("truth", _KEY, sequence, fingerprint):
             return TruthRow(*tuple(row)[:-1])
-    raise MissingTruthError(folder / DATABASE, sequence, fingerprint)
+    raise MissingTruthError(folder / FILE_NAME, sequence, fingerprint)
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -133,13 +129,13 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 
 def unpack_truth(row: TruthRow) -> StoredTruth:
     """Return the ground truth of a row."""
-    return _truth_of(row.sequence, unpack(row.data))
+    return _truth_of(row.sequence, unpack(row.arrays))
 
 
 def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
     """Return, for each sequence of `runs`, the names of the attributes that occur in it.
 
-    `runs` is a data frame of `load_runs`. Raises `ResultsError`, which names the file, if a
+    `runs` is a data frame of `load_table`. Raises `ResultsError`, which names the file, if a
     ground truth is missing or damaged.
     """
     occurring: dict[str, set[str]] = {}
@@ -168,8 +164,7 @@ def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
         arrays["malformed"] = truth.malformed
     if truth.fps is not None:
         arrays["fps"] = np.array(truth.fps, np.float64)
-    if truth.first_pixel is not None:
-        arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
+    arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
     if truth.image_size is not None:
         arrays["image_size"] = np.array(truth.image_size, np.int64)
     for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
@@ -201,5 +196,5 @@ def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
         shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
         malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
-        first_pixel=int(arrays["first_pixel"]) if "first_pixel" in arrays else None,
+        first_pixel=int(arrays["first_pixel"]),
     )

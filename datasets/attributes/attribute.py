@@ -44,7 +44,7 @@ class Attribute:
     measure: Callable[[TargetView], float]
 
     @property
-    def head(self) -> str:
+    def heading(self) -> str:
         """Name with unit."""
         return f"{self.name} [{self.unit}]" if self.unit else self.name
 

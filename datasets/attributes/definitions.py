@@ -32,49 +32,49 @@ N_BITS = 3  # bits of a colour channel in histograms: 8 bins per channel, 512 in
 
 
 @attribute(unit="px", statistic="mean", minimum=0.0)
-def size(now: TargetView) -> float:
+def size(view: TargetView) -> float:
     """Root of the box's area, √(w h).
 
     [VideoCube] calls it scale; low resolution in [OTB] is a size below 20.
     """
-    return now.side
+    return view.side
 
 
 @attribute(unit="octaves", statistic="95 %", minimum=0.0)
-def scale_change(now: TargetView) -> float:
+def scale_change(view: TargetView) -> float:
     """Size relative to the first frame, |log₂(s / s₁)|: 1 is twice or half as large.
 
     Scale variation in [OTB] is a change above 1.
     """
-    return abs(log2(now.side / now.first.side)) if now.first else 0.0
+    return abs(log2(view.side / view.first.side)) if view.first else 0.0
 
 
 @attribute(unit="octaves", statistic="95 %", minimum=0.0)
-def aspect_change(now: TargetView) -> float:
+def aspect_change(view: TargetView) -> float:
     """Aspect ratio relative to the first frame, |log₂((w / h) / (w₁ / h₁))|.
 
     [VOT] defines it with another base of the logarithm.
     """
-    if now.first is None:
+    if view.first is None:
         return 0.0
-    ratios = now.box[2:] / now.first.box[2:]
+    ratios = view.box[2:] / view.first.box[2:]
     return abs(log2(float(ratios[0] / ratios[1])))
 
 
 @attribute(unit="sizes/frame", statistic="95 %", minimum=0.0)
-def motion(now: TargetView) -> float:
+def motion(view: TargetView) -> float:
     """Displacement of the box's centre since the previous frame, in sizes, |c - c'| / √(w' h').
 
     NaN if the target is absent in the previous frame. Camera motion is included.
     """
-    if now.previous is None:
+    if view.previous is None:
         return nan
-    displacement = now.centre - now.previous.centre
-    return hypot(*displacement.tolist()) / now.previous.side
+    displacement = view.centre - view.previous.centre
+    return hypot(*displacement.tolist()) / view.previous.side
 
 
 @attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
-def blur(now: TargetView) -> float:
+def blur(view: TargetView) -> float:
     """Fraction of the differences between adjacent pixels that remains after averaging [Crete].
 
     For the grey pixels in the box: Σ min(D, D') / ΣD, with Sobel differences D of the image and D'
@@ -85,12 +85,12 @@ def blur(now: TargetView) -> float:
     """
     shares = []
     for along, window in (((1, 0), (BLUR_PIXELS, 1)), ((0, 1), (1, BLUR_PIXELS))):
-        if min(now.grey.shape) < 4:
+        if min(view.grey.shape) < 4:
             continue
-        averaged = cv2.blur(now.grey, window, borderType=cv2.BORDER_REFLECT)
+        averaged = cv2.blur(view.grey, window, borderType=cv2.BORDER_REFLECT)
         before, after = (
             np.abs(cv2.Sobel(image, cv2.CV_64F, *along)[2:-1, 2:-1])
-            for image in (now.grey, averaged)
+            for image in (view.grey, averaged)
         )
         if before.any():
             shares.append(float(np.minimum(before, after).sum() / before.sum()))
@@ -98,19 +98,19 @@ def blur(now: TargetView) -> float:
 
 
 @attribute(unit="grey levels", statistic="95 %", minimum=0.0, maximum=255.0)
-def brightness_change(now: TargetView) -> float:
+def brightness_change(view: TargetView) -> float:
     """Difference of the mean grey level in the box from that in the first frame, |m - m₁|.
 
     Illumination change in [VOT]. NaN if the box is outside one of the images.
     """
-    first = now.first or now
-    if now.grey.size == 0 or first.grey.size == 0:
+    first = view.first or view
+    if view.grey.size == 0 or first.grey.size == 0:
         return nan
-    return abs(float(now.grey.mean() - first.grey.mean()))
+    return abs(float(view.grey.mean() - first.grey.mean()))
 
 
 @attribute(unit="", statistic="5 %", minimum=-1.0, maximum=1.0)
-def correlation(now: TargetView) -> float:
+def correlation(view: TargetView) -> float:
     """Pearson correlation of the box's grey pixels with those of the previous frame, -1 to 1.
 
     Only the part of the box that is inside both images is compared. The pixels of the previous
@@ -118,11 +118,11 @@ def correlation(now: TargetView) -> float:
     [VideoCube] instead correlates whole frames, which the target may hardly affect. NaN if the
     target is absent in the previous frame, or if the pixels of a frame are uniform.
     """
-    if now.previous is None:
+    if view.previous is None:
         return nan
-    parts = np.stack([now.visible_part, now.previous.visible_part])
+    parts = np.stack([view.visible_part, view.previous.visible_part])
     low, high = parts[:, :2].max(axis=0), parts[:, 2:].min(axis=0)
-    patches = [view.grey_in(_part(view.box, low, high)) for view in (now, now.previous)]
+    patches = [each.grey_in(_part(each.box, low, high)) for each in (view, view.previous)]
     if any(patch.size == 0 for patch in patches):
         return nan
     current, previous = patches
@@ -135,17 +135,17 @@ def correlation(now: TargetView) -> float:
 
 
 @attribute(unit="", statistic="mean", minimum=0.0, maximum=1.0)
-def clutter(now: TargetView) -> float:
+def clutter(view: TargetView) -> float:
     """Similarity of target and surroundings: Bhattacharyya coefficient of their colours, Σ √(p q).
 
     p and q are normalised BGR histograms with 8 x 8 x 8 bins. p contains the pixels in the box. q
     contains the pixels around it, inside a box 1.5 times as wide and as high (clutter in [VOT]).
     1 means equal colours, 0 no common colour. NaN if p or q has no pixels.
     """
-    size = now.box[2:] * SURROUND_SCALE
-    outer_box = np.concatenate([now.centre - size / 2, size])
+    size = view.box[2:] * SURROUND_SCALE
+    outer_box = np.concatenate([view.centre - size / 2, size])
     target, target_and_surround = (
-        _histogram(part_of(now.image, box)) for box in (now.box, outer_box)
+        _histogram(part_of(view.image, box)) for box in (view.box, outer_box)
     )
     surround = target_and_surround - target
     if not (target.any() and surround.any()):
@@ -155,23 +155,23 @@ def clutter(now: TargetView) -> float:
 
 
 @attribute(unit="share", statistic="mean", minimum=0.0, maximum=1.0)
-def visibility(now: TargetView) -> float:
+def visibility(view: TargetView) -> float:
     """Visible fraction of the target in the ground truth; NaN if unknown."""
-    return now.visibility
+    return view.visibility
 
 
 @attribute(unit="sizes", statistic="5 %", minimum=-inf)
-def border(now: TargetView) -> float:
+def border(view: TargetView) -> float:
     """Distance of the box to the nearest image border, in sizes of the target.
 
     min(x, y, W - x - w, H - y - h) / √(w h) for images of W x H pixels. It is 0 if the box touches
     the border, and negative if a part of the box is outside (out of view in [OTB]). If a dataset
     clips its boxes at the border, values are never negative.
     """
-    height, width = now.image.shape[:2]
-    end = now.box[:2] + now.box[2:]
-    distances = np.concatenate([now.box[:2], np.array([width, height]) - end])
-    return float(distances.min()) / now.side
+    height, width = view.image.shape[:2]
+    end = view.box[:2] + view.box[2:]
+    distances = np.concatenate([view.box[:2], np.array([width, height]) - end])
+    return float(distances.min()) / view.side
 
 
 def _part(

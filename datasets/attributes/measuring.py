@@ -103,11 +103,11 @@ def _measure(sequence: Sequence, progress: Callable[[int, int], object]) -> Seri
         zip(sequence.boxes, sequence.visibility.tolist(), strict=True)
     ):
         if has_target[frame]:
-            now = TargetView(sequence[frame], box, visibility, previous, first)
+            view = TargetView(sequence[frame], box, visibility, previous, first)
             for name, attribute in _attributes().items():
-                series[name][frame] = attribute.measure(now)
-            now.previous = None  # Otherwise all earlier frames would remain in memory.
-            first, previous = first or now, now
+                series[name][frame] = attribute.measure(view)
+            view.previous = None  # Otherwise all earlier frames would remain in memory.
+            first, previous = first or view, view
         else:
             previous = None
         progress(frame + 1, len(sequence))

@@ -90,7 +90,7 @@ def list_sequences(path: Path) -> list[Path]:
 
 
 def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-    """Open the folder; `*.tag` and `*.label` become attributes, `*.value` `Sequence.values`."""
+    """Open the folder: `*.tag` and `*.label` are attributes, `*.value` are frame values."""
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
         fields = read_fields(path / FIELDS)
@@ -113,7 +113,9 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         source,
         fps=field_fps(fields, "fps", path / FIELDS),
         attributes=read_flags(_files(path, FLAG_FILES), n_values, padded=True),
-        values={file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])},
+        frame_values={
+            file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])
+        },
         masks=regions.mask if regions.size != (0, 0) else None,
         shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
         digests=lambda files: file_digests([*files, source]),

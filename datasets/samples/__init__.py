@@ -5,15 +5,15 @@ marked by eye; their first lines describe the procedure and its accuracy.
 """
 
 import importlib.util
+from collections import abc
 from collections.abc import Mapping
-from collections.abc import Sequence as SequenceOf
 from pathlib import Path
 from typing import Any
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.interface import Sequence, SequenceError, Summary
+from trackmark.datasets.interface import Sequence, SequenceError, SequenceSize
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 
 __all__ = ["describe", "load", "names", "options", "summary"]
@@ -37,9 +37,9 @@ def options(name: str) -> list[dict[str, Any]]:
     return []
 
 
-def summary(name: str) -> Summary:
+def sequence_size(name: str) -> SequenceSize:
     """See `datasets.catalogue.Suite`."""
-    return Summary(N_FRAMES, SIZE)
+    return SequenceSize(N_FRAMES, SIZE)
 
 
 def describe(name: str) -> SequenceMetadata:
@@ -77,7 +77,7 @@ def _clip() -> Path:
     )
 
 
-def _digests(files: SequenceOf[Path]) -> list[str]:
+def _digests(files: abc.Sequence[Path]) -> list[str]:
     """Return the digests of the files after a check that the clip is the annotated one."""
     digests = file_digests(files)
     if digests != [CLIP_SHA256]:

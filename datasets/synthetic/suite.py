@@ -9,7 +9,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from trackmark.datasets.interface import Sequence, Summary
+from trackmark.datasets.interface import Sequence, SequenceSize
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.synthetic.parameters import SequenceParameters
@@ -69,9 +69,9 @@ class SyntheticSuite:
         """Return `name`, `default` and `meaning` of every parameter of a sequence."""
         return self.entries[name].parameters.described()
 
-    def summary(self, name: str) -> Summary:
+    def sequence_size(self, name: str) -> SequenceSize:
         """Return length and image size of a sequence with default parameters."""
-        return Summary(self.entries[name].length, self.entries[name].size)
+        return SequenceSize(self.entries[name].length, self.entries[name].size)
 
     def describe(self, name: str) -> SequenceMetadata:
         """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
@@ -85,12 +85,12 @@ class SyntheticSuite:
             size=entry.size,
             annotated=entry.length,
             truth_source=name,
-            images_beyond_truth=0,
+            n_unread_images=0,
             fingerprint=self._fingerprint(entry, parameters),
             **version.known[name],
         )
 
-    def identity(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
+    def name_and_fingerprint(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
         """Return name and fingerprint of the sequence that `load` opens; exceptions are equal."""
         entry = self.entries[name]
         parameters = entry.parameters.checked(name, options)

@@ -1,6 +1,5 @@
 """Small sequences and trackers that misbehave, for the harness's tests."""
 
-import json
 import os
 import re
 import subprocess
@@ -16,17 +15,16 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests import browser
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench.cli import main
-from trackmark.bench.engine import worker
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.execution import worker
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.experiments.tracker_files import answer_lines
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import StoredTruth, store_truth
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import StoredTruth, add_truth
 
 
 class Noise:
@@ -125,44 +123,41 @@ def axe():
 
 
 class InProcessPool:
-    """Pool that performs work units in this process."""
+    """Pool that executes tasks in this process."""
 
     lock = threading.Lock()
 
-    def __init__(self, limits, jobs=1):
+    def __init__(self, n_workers, limits=None, environment=None):
         self.limits = limits
 
-    def perform(self, units, progress=lambda work: None):
-        done = 0
-        for unit in units:
+    def run(self, next_call):
+        while (call := next_call()) is not None:
+            yield call, call()
+
+    def run_tasks(self, tasks, progress=lambda work: None):
+        work = 0
+        for task in tasks:
             try:
                 with self.lock:
-                    runs = worker.perform(unit, self.limits.run_seconds)
-                result = dict(zip(unit.entries, runs, strict=True))
+                    result = worker.run_task(task, self.limits)
             except datasets.SequenceError as error:
                 result = error
-            done += unit.work
-            progress(done)
-            yield unit, result
+            work += task.work
+            progress(work)
+            yield task, result
 
     def close(self):
         """Do nothing: there is no process to end."""
 
 
-def answer_here(request):
-    """Replace the child process that imports tracker files."""
-    return "", [line.encode() for line in answer_lines(*json.loads(request))]
-
-
 @pytest.fixture(scope="session")
 def without_processes():
-    """Run trackers in this process. The engine tests check that workers give equal results."""
+    """Run trackers in this process. The tests of the pool check that workers give equal results."""
 
     @contextmanager
     def within():
         with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("trackmark.bench.engine.pool.Pool", InProcessPool)
-            patch.setattr("trackmark.bench.experiments.tracker_files._child", answer_here)
+            patch.setattr("trackmark.bench.execution.pool.Pool", InProcessPool)
             yield
 
     return within
@@ -175,7 +170,7 @@ def run_trial(without_processes):
     def run(folder, trackers, sequences, **options):
         sources = tuple(map(SequenceSource, sequences))
         with without_processes():
-            return bench.run_experiment(
+            return run_experiment(
                 Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1
             )
 
@@ -202,19 +197,19 @@ def store_many():
                 noise = random.normal(0, 1 + t / n_trackers, boxes.shape) * [1, 1, 0, 0]
                 noise[0] = 0
                 run = Run(
-                    Identity(*tracker, name, f"fingerprint {s}", 0, "accuracy"),
+                    Identity(*tracker, name, f"fingerprint {s}", 0, "one-pass"),
                     boxes + noise,
                     np.ones(n_frames, np.bool_),
                     np.full(n_frames, np.nan),
-                    circumstances={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
+                    metadata={"seconds": 0.1, "update_seconds": 0.01, "source": f"/{name}"},
                 )
                 runs.append(run)
-        results = Results(folder)
+        results = RunStore(folder)
         requested = {run_key(run.identity): run.identity.version for run in runs}
-        results.prepare(Manifest("Many runs", requested))
+        results.add_requests(RequestedRuns("Many runs", requested))
         for s, truth in enumerate(truths):
-            store_truth(folder, f"fingerprint {s}", truth)
-        results.write_all((run, "") for run in runs)
+            add_truth(folder, f"fingerprint {s}", truth)
+        results.add_all((run, "") for run in runs)
         return results
 
     return store
@@ -234,7 +229,7 @@ def trackmark(workspace, in_this_process, monkeypatch, capsys):
     monkeypatch.setenv("TRACKMARK_CACHE", str(workspace / "cache"))
     monkeypatch.setattr("trackmark.bench.cli.prepare_numba", lambda tell: None)
     monkeypatch.setattr(
-        "trackmark.bench.commands._progress.PATIENCE", 1e6
+        "trackmark.bench.commands._progress.NOTICE_DELAY", 1e6
     )  # seconds: no notices of slow steps
 
     def call(*arguments, status=0):

@@ -20,8 +20,8 @@ import trackmark as tm
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 
@@ -68,7 +68,7 @@ def face():
 
 def test_object_is_used_for_one_repetition(line, make_sequence):
     results = tm.evaluate(Plain(), [line, make_sequence(n=4, name="short")])
-    assert [key[1] for key in results.runs] == ["line", "short"]
+    assert [key[1] for key in results] == ["line", "short"]
     with pytest.raises(TrackerError, match="Give the class, not an instance"):
         tm.evaluate(Plain(), line, repetitions=2)
 
@@ -89,20 +89,20 @@ def test_one_object_is_not_used_for_two_trackers(line):
     for other in (lambda: tracker, single, bound):
         with pytest.warns(RuntimeWarning, match="1 of 2 runs failed.*'a' and 'b' are one object"):
             tm.evaluate({"a": tracker, "b": other}, line)
-    assert len(tm.evaluate({"a": bound}, line).runs) == 1
+    assert len(tm.evaluate({"a": bound}, line)) == 1
 
 
 def test_lists_and_dicts_run_every_tracker_on_every_sequence(line):
-    assert [*tm.evaluate(lambda: Plain(), line).runs] == [("<lambda>", "line", 0)]
+    assert [*tm.evaluate(lambda: Plain(), line)] == [("<lambda>", "line", 0)]
     trackers = ["static", {"two": Plain, "three": lambda: Plain()}]
     results = tm.evaluate(trackers, [line, "samples/f*"])
     wild = type("Wild", (Plain,), {"randomness": "process"})  # it runs alone, but not last
-    runs = tm.evaluate(["static", wild, Plain], line).runs
+    runs = tm.evaluate(["static", wild, Plain], line)
     assert [tracker for tracker, *_ in runs] == ["static", "Wild", "Plain"]
-    names = [key[:2] for key in results.runs]
+    names = [key[:2] for key in results]
     assert names[:3] == [("static", "line"), ("two", "line"), ("three", "line")]
     assert {name for _, name in names} == {"line", "samples/face"}
-    assert len(tm.evaluate(["camshift", "camshift:hue_bins=32"], line).runs) == 1
+    assert len(tm.evaluate(["camshift", "camshift:hue_bins=32"], line)) == 1
     with pytest.raises(TrackerError, match="two different trackers are called 'Plain'"):
         tm.evaluate([Plain, Plain()], line)
     for name, error in (
@@ -119,7 +119,7 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
     (folder / "img" / "0004.png").write_bytes(b"no image")
     with pytest.warns(RuntimeWarning, match=r"0004\.png.* Its runs are missing"):
         results = tm.evaluate(["static", Plain], [str(folder), line])
-    assert [key[:2] for key in results.runs] == [("static", "line"), ("Plain", "line")]
+    assert [key[:2] for key in results] == [("static", "line"), ("Plain", "line")]
     with pytest.raises(tm.datasets.SequenceError):
         tm.evaluate("static", str(folder))
 
@@ -197,13 +197,11 @@ def test_process_state_is_that_before_the_call(otb, tmp_path, monkeypatch):
     assert (state(), sys.path) == (before, search_path)
 
 
-def test_score_takes_metrics_and_warns_of_preset(face):
+def test_score_takes_metrics_of_any_kind_of_boxes(face):
     run = tm.evaluate("static", face)["static", "face"]
     expected = tm.score(run, metrics="otb")
     assert expected == tm.score(run, "samples/face", metrics="otb")
     assert expected == tm.score(run.boxes, face, metrics="otb")
-    with pytest.warns(FutureWarning, match="now called metrics"):
-        assert tm.score(run, face, preset="otb") == expected
     assert set(tm.metrics.names()) >= {"native", "otb"}
     assert "Wu" in tm.metrics.describe("otb")
 
@@ -235,7 +233,7 @@ def test_forms_are_one_line_of_text_and_html(face):
     results = tm.evaluate(["static", "camshift"], [face, "samples/bow-tie"])
     run = results["camshift", "face"]
     compared = tm.compare(results, "camshift")
-    assert repr(results) == "<Results of 2 trackers, 2 sequences, 4 runs in memory>"
+    assert repr(results) == "<Runs of 2 trackers, 2 sequences, 4 runs in memory>"
     assert all("\n" not in repr(value) for value in (run, face, compared))
     score = f"{tm.score(run, face)['mean_overlap']:.3f}"
     html = [value._repr_html_() for value in (results, run, face, compared)]
@@ -283,12 +281,12 @@ def test_failed_run_warns_and_can_raise(line):
     with pytest.warns(RuntimeWarning, match=r"2 of 3 runs failed.*no model \(.*test_api\.py, line"):
         results = tm.evaluate([Plain, Broken, wrong], line)
     keyed = type("Keyed", (Plain,), {"update": lambda tracker, image: {"score": 1}})
-    with pytest.warns(RuntimeWarning, match=r"with the keys 'score'[^/]*results\.failures"):
+    with pytest.warns(RuntimeWarning, match=r"with the keys 'score'[^/]*runs\.failures"):
         tm.evaluate(keyed, line)  # the adapter's line is not the tracker's
     row, other = results.failures.itertuples()
     assert (row.tracker, row.frame, row.error) == ("Broken", 1, "OwnError: no model")
     assert other.error.startswith("the box [1.0, 2.0, -3.0, 4.0] is invalid")
-    assert results.table()["status"].tolist() == ["finished", "failed", "failed"]
+    assert results.table["status"].tolist() == ["finished", "failed", "failed"]
     with pytest.raises(OwnError, match="no model") as raised:
         tm.evaluate(Broken, line, raise_errors=True)
     assert raised.traceback[-1].name == "update"
@@ -298,7 +296,7 @@ def test_failed_run_warns_and_can_raise(line):
 def test_runs_that_a_metric_cannot_score_are_shown_as_such(line):
     away = type("Away", (Plain,), {"update": lambda tracker, image: [0, 0, 1, 1]})
     results = tm.evaluate(away, line, metrics="vot-supervised")
-    assert results.table()["status"].tolist() == ["not scored"]
+    assert results.scored()["status"].tolist() == ["not scored"]
     assert "1 of 1 not scored" in str(results)
 
 
@@ -327,7 +325,7 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
-        (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics preset 'otp'"),
+        (Plain, {"metrics": "otp"}, ValueError, "Unknown metrics 'otp'"),
     ],
 )
 def test_mistakes_of_the_caller_raise_before_the_first_frame(
@@ -340,13 +338,13 @@ def test_mistakes_of_the_caller_raise_before_the_first_frame(
 
 def test_repetitions_and_base_seed_select_random_numbers(line):
     results = tm.evaluate([Noisy, Plain], line, repetitions=2)
-    assert [key[0] for key in results.runs] == ["Noisy", "Noisy", "Plain"]
+    assert [key[0] for key in results] == ["Noisy", "Noisy", "Plain"]
     first, again = (tm.evaluate(Noisy, line, seed=s)["Noisy", "line"] for s in (7, 7))
     np.testing.assert_array_equal(first.boxes, again.boxes)
     assert not np.array_equal(first.boxes, results["Noisy", "line"].boxes)
     assert not np.array_equal(results["Noisy", "line", 1].boxes, results["Noisy", "line"].boxes)
     assert first.confidence[1:].tolist() == [0.5] * 5
-    named = tm.evaluate({"named": Noisy, "text": f"{__file__}:Noisy"}, line).runs
+    named = tm.evaluate({"named": Noisy, "text": f"{__file__}:Noisy"}, line)
     for run in named.values():
         np.testing.assert_array_equal(run.boxes, results["Noisy", "line"].boxes)
 
@@ -356,10 +354,10 @@ def test_repetitions_in_another_process_share_it_and_end_it(line, tmp_path):
     code = PLAIN.replace("self.box\n", "{'box': self.box, 'details': {'pid': os.getpid()}}\n")
     file.write_text(f"import os\n{code}    randomness = 'generator'\n")
     results = tm.evaluate({"far": f"{file}:python={sys.executable}"}, line, repetitions=3)
-    (pid,) = {int(run.details["pid"][1]) for run in results.runs.values()}
+    (process,) = {int(run.details["pid"][1]) for run in results.values()}
     with pytest.raises(ProcessLookupError):
-        os.kill(pid, 0)
-    assert "python" in results["far", "line"].identity.tracker_version["libraries"]
+        os.kill(process, 0)
+    assert "python" in results["far", "line"].identity.tracker_code["libraries"]
 
 
 def test_edited_class_is_not_saved_and_edited_file_is_reloaded(line, tmp_path, monkeypatch):
@@ -403,9 +401,9 @@ def test_tracker_may_remove_its_working_directory(line, tmp_path):
 def test_arguments_of_other_types_are_rejected(line):
     for function, *arguments, message in (
         (tm.score, "boxes.txt", line, "str is neither a run nor boxes"),
-        (tm.score, tm.evaluate("static", line), line, "Results is neither a run nor boxes"),
+        (tm.score, tm.evaluate("static", line), line, "PrintedRuns is neither a run nor boxes"),
         (tm.score, line.boxes, "the sequence of the boxes is missing"),
-        (tm.compare, "folder", "'folder' is not Results. For a folder, give load_results"),
+        (tm.compare, "folder", "'folder' is not Runs. For a folder, give load_runs"),
     ):
         with pytest.raises(TypeError, match=message):
             function(*arguments)
@@ -422,7 +420,7 @@ def test_key_error_lists_the_nearest_runs(line):
     results = tm.evaluate("static", line)
     with pytest.raises(KeyError, match=r"nearest ones are \('static', 'line', 0\)"):
         results["statik", "line"]
-    with pytest.raises(TypeError, match=r"results\['static'\]: expected tracker and sequence"):
+    with pytest.raises(TypeError, match=r"runs\['static'\]: expected tracker and sequence"):
         results["static"]
 
 
@@ -452,14 +450,15 @@ def test_overlaps_and_errors_are_those_of_the_score(face):
 def test_saved_results_equal_results_in_memory(tmp_path, capsys):
     results = tm.evaluate(["static", "camshift"], "samples/*")
     folder = results.save(tmp_path / "mine")
-    loaded = tm.load_results(folder)
-    assert loaded.table().equals(results.table())
+    loaded = tm.load_runs(folder)
+    names = [name for name in loaded.table if name not in ("date", "frame_seconds")]
+    assert loaded.scored()[names].equals(results.scored()[names])
     assert loaded.means().equals(results.means())
     np.testing.assert_array_equal(loaded["static", "face"].boxes, results["static", "face"].boxes)
     with pytest.raises(SystemExit, match="0"):
         main(["compare", "--results", str(folder)])
     assert "camshift" in capsys.readouterr().out
-    page = tm.player(results, "samples/face").page.replace(str(results.stored_folder), str(folder))
+    page = tm.player(results, "samples/face").page
     for sequence in ("face", tm.load_sequence("samples/face")):
         assert page == tm.player(folder, sequence).page
     with pytest.raises(ResultsError, match="already contains results"):
@@ -497,18 +496,17 @@ def test_runs_of_unknown_identity_are_not_saved(line, tmp_path):
 def test_run_stores_and_continues(workspace, in_this_process, monkeypatch):
     monkeypatch.chdir(workspace)
     arguments = ["static", "knob.py"], "data/Small"
-    results = tm.run(*arguments, output="results/mine", repetitions=2, jobs=1)
-    assert len(results.runs) == 3
+    results = tm.run(*arguments, folder="results/mine", repetitions=2, jobs=1)
+    assert len(results) == 3
     assert (
-        repr(results)
-        == f"<Results of 2 trackers, 1 sequence, 3 runs in {workspace / 'results/mine'}>"
+        repr(results) == f"<Runs of 2 trackers, 1 sequence, 3 runs in {workspace / 'results/mine'}>"
     )
-    again = tm.run(*arguments, output="results/mine", repetitions=3, jobs=1)
-    assert len(again.runs) == 4
-    around = tm.run("static", "data/Small", output="results", jobs=1)  # has other results in it
-    assert len(around.runs) == 1
+    again = tm.run(*arguments, folder="results/mine", repetitions=3, jobs=1)
+    assert len(again) == 4
+    around = tm.run("static", "data/Small", folder="results", jobs=1)  # has other results in it
+    assert len(around) == 1
     run = results["knob.py:Knob", "Small"]
-    assert again["knob.py:Knob", "Small"].circumstances == run.circumstances
+    assert again["knob.py:Knob", "Small"].metadata == run.metadata
     with pytest.raises(TrackerError, match=r"test_api\.py:Plain"):
         tm.run(Plain, "data/Small")
     with pytest.raises(ValueError, match=r"jobs is 0\. Expected: an integer of 1"):
@@ -528,7 +526,7 @@ def test_equal_fingerprints_of_different_boxes_are_refused(make_sequence):
     with pytest.raises(SequenceError, match=r"two different sequences are called 'line'"):
         tm.evaluate("static", [sequence, other])
     results = tm.evaluate("static", [sequence, sequence])
-    assert len(results.runs) == 1
+    assert len(results) == 1
     with pytest.raises(SequenceError, match="Give each its own fingerprint"):
         tm.evaluate("static", other)
     renamed = tm.evaluate("static", _moved(sequence, 1, "another"))
@@ -538,10 +536,10 @@ def test_equal_fingerprints_of_different_boxes_are_refused(make_sequence):
 
 def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tmp_path):
     sequence = make_sequence()
-    write_truth(tmp_path / "trial", sequence)
-    write_truth(tmp_path / "trial", sequence)
+    add_truth_of(tmp_path / "trial", sequence)
+    add_truth_of(tmp_path / "trial", sequence)
     with pytest.raises(ResultsError, match="another ground truth of line"):
-        write_truth(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
+        add_truth_of(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
 
 
 class Followed:
@@ -579,7 +577,7 @@ class WithoutAttributes:
 def test_evaluate_accepts_objects_that_cannot_be_compared():
     trackers = [Incomparable(), {"array": ComparedAsArray(), "other": Incomparable()}]
     results = tm.evaluate(trackers, "samples/bow-tie")
-    assert [run.status for run in results.runs.values()] == ["finished"] * 3
+    assert [run.status for run in results.values()] == ["finished"] * 3
     with pytest.raises(TrackerError, match="the name 'static' belongs to another tracker"):
         tm.evaluate({"static": ComparedAsArray()}, "samples/bow-tie")
 

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 import trackmark as tm
-from trackmark import bench
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
@@ -72,7 +71,7 @@ def execute(file, names, output, jobs=1, repetitions=2):
     experiment = Experiment("e", texts, sources, repetitions)
     execution = Execution(experiment, output, jobs)
     list(execution.rows())
-    runs = tm.load_results(execution.folder).runs
+    runs = tm.load_runs(execution.folder)
     assert [run.failure for run in runs.values()] == [""] * len(runs)
     return execution, {key: run.boxes for key, run in runs.items()}
 
@@ -81,22 +80,22 @@ def execute(file, names, output, jobs=1, repetitions=2):
 def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     text = f"{file}:{name}"
     sequence = tm.load_sequence("samples/face")[:9] if name == "Mil" else make_sequence(n=9)
-    alone = [bench.evaluate_run(text, sequence, n).boxes for n in (0, 1)]
+    alone = [evaluate_run(text, sequence, n).boxes for n in (0, 1)]
     cv2.setRNGSeed(3)
     np.random.seed(3)  # noqa: NPY002  # the global generator is tested
     spec, other = parse_tracker(text), parse_tracker(f"{file}:OpenCV")
     runs = run_protocol([(other, 0), (spec, 0), (spec, 1)], sequence).runs[1:]
     for run, boxes in zip(runs, alone, strict=True):
         np.testing.assert_array_equal(run.boxes, boxes)
-        assert run.circumstances["generators"]
+        assert run.metadata["generators"]
     assert not np.array_equal(*alone)
 
 
 @pytest.mark.parametrize(("name", "generators"), [("Fails", None), ("DrawsAndFails", ["random"])])
 def test_failed_run_names_its_own_generators_only(file, make_sequence, name, generators):
-    run = bench.evaluate_run(f"{file}:{name}", make_sequence(n=9))
+    run = evaluate_run(f"{file}:{name}", make_sequence(n=9))
     assert "ValueError" in run.failure
-    assert run.circumstances.get("generators") == generators
+    assert run.metadata.get("generators") == generators
 
 
 def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):
@@ -125,21 +124,21 @@ def test_evaluate_repeats_and_reports_stochastic_classes(file, tmp_path):
         "stochastic. They are seeded for each run."
         for name, generator in zip(NAMES, ("random", "numpy.random", "OpenCV"), strict=True)
     ]
-    assert len(results.runs) == 7
+    assert len(results) == 7
     _, stored = execute(file, NAMES, tmp_path)
     for key, boxes in stored.items():
-        np.testing.assert_array_equal(results.runs[key].boxes, boxes)
+        np.testing.assert_array_equal(results[key].boxes, boxes)
 
 
 def test_other_interpreter_gives_the_same_boxes(file, make_sequence):
     for name in NAMES:
         text = f"{file}:{name}"
-        far = bench.evaluate_run(f"{text}:python={sys.executable}", make_sequence(n=9), 1)
-        near = bench.evaluate_run(text, make_sequence(n=9), 1)
+        far = evaluate_run(f"{text}:python={sys.executable}", make_sequence(n=9), 1)
+        near = evaluate_run(text, make_sequence(n=9), 1)
         np.testing.assert_array_equal(far.boxes, near.boxes)
-        assert far.circumstances["generators"] == near.circumstances["generators"]
+        assert far.metadata["generators"] == near.metadata["generators"]
 
 
 def test_built_in_trackers_do_not_pay(make_sequence, monkeypatch):
     monkeypatch.setattr("trackmark.bench.evaluation.run_context.GlobalGenerators", None)
-    assert not bench.evaluate_run("camshift", make_sequence(n=3)).failure
+    assert not evaluate_run("camshift", make_sequence(n=3)).failure

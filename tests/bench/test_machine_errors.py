@@ -1,4 +1,4 @@
-"""Errors of the machine are told from failures of trackers and sequences."""
+"""Errors of the machine are distinguished from failures of trackers and sequences."""
 
 import errno
 import resource
@@ -6,8 +6,8 @@ import tempfile
 
 import pytest
 
-from trackmark.bench import machine_errors
-from trackmark.bench.experiments import tracker_files
+from trackmark.bench import temporary_paths
+from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.bench.machine_errors import MachineError, machine_fault, temporary_file
 from trackmark.datasets.decoding import SequenceError, decoding
 
@@ -44,14 +44,14 @@ def test_temporary_file_names_reason_and_remedy(number, advice, monkeypatch):
 
 
 def test_full_disk_is_no_failure_of_a_tracker_file(tmp_path, monkeypatch):
-    (tmp_path / "mine.py").write_text("import os\nos._exit(1)\n")
+    (tmp_path / "mine.py").write_text("")
 
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(machine_errors.os, "pwrite", refuse)
-    with pytest.raises(MachineError, match="no space for temporary files"):
-        tracker_files.resolve_trackers([str(tmp_path / "mine.py")])
+    monkeypatch.setattr(temporary_paths.tempfile, "mkstemp", refuse)
+    with pytest.raises(MachineError, match=r"No space left on device\. Free some space"):
+        resolve_specs([str(tmp_path / "mine.py")])
 
 
 def test_command_prints_a_machine_fault_in_one_line(trackmark, monkeypatch):

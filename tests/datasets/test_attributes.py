@@ -50,29 +50,29 @@ def grey_of(image, box):
     return pixels_in(cv2.cvtColor(image, cv2.COLOR_BGR2GRAY), box).astype(float)
 
 
-def slow_size(now):
-    return math.sqrt(now.box[2] * now.box[3])
+def slow_size(view):
+    return math.sqrt(view.box[2] * view.box[3])
 
 
-def slow_scale_change(now):
-    first = now.first or now
-    return abs(math.log(slow_size(now) / slow_size(first)) / math.log(2))
+def slow_scale_change(view):
+    first = view.first or view
+    return abs(math.log(slow_size(view) / slow_size(first)) / math.log(2))
 
 
-def slow_aspect_change(now):
-    (_, _, w, h), (_, _, first_w, first_h) = now.box, (now.first or now).box
+def slow_aspect_change(view):
+    (_, _, w, h), (_, _, first_w, first_h) = view.box, (view.first or view).box
     return abs(math.log((w / h) / (first_w / first_h)) / math.log(2))
 
 
-def slow_motion(now):
-    if now.previous is None:
+def slow_motion(view):
+    if view.previous is None:
         return math.nan
-    (x, y, w, h), (u, v, p, q) = now.box, now.previous.box
+    (x, y, w, h), (u, v, p, q) = view.box, view.previous.box
     return math.dist((x + w / 2, y + h / 2), (u + p / 2, v + q / 2)) / math.sqrt(p * q)
 
 
-def slow_blur(now):
-    grey = grey_of(now.image, now.box)
+def slow_blur(view):
+    grey = grey_of(view.image, view.box)
     if min(grey.shape) < 4:
         return math.nan
     differences = [np.abs(sobel(grey, axis=axis)[2:-1, 2:-1]).sum() for axis in (0, 1)]
@@ -82,22 +82,22 @@ def slow_blur(now):
         return blur_effect(grey, h_size=9)
 
 
-def slow_brightness_change(now):
-    grey, first = (grey_of(view.image, view.box) for view in (now, now.first or now))
+def slow_brightness_change(view):
+    grey, first = (grey_of(each.image, each.box) for each in (view, view.first or view))
     return abs(grey.mean() - first.mean()) if grey.size and first.size else math.nan
 
 
-def slow_correlation(now):
+def slow_correlation(view):
     """Correlate the common part of both boxes; the earlier one is resampled bilinearly."""
-    if now.previous is None:
+    if view.previous is None:
         return math.nan
-    boxes = np.array([now.box, now.previous.box])
+    boxes = np.array([view.box, view.previous.box])
     inner = np.clip(0 - boxes[:, :2], 0, None) / boxes[:, 2:]
     outer = (np.minimum(boxes[:, :2] + boxes[:, 2:], [WIDTH, HEIGHT]) - boxes[:, :2]) / boxes[:, 2:]
     low, high = inner.max(axis=0), outer.min(axis=0)
     later, earlier = (
-        grey_of(view.image, [*(box[:2] + low * box[2:]), *((high - low) * box[2:])])
-        for view, box in zip((now, now.previous), boxes, strict=True)
+        grey_of(each.image, [*(box[:2] + low * box[2:]), *((high - low) * box[2:])])
+        for each, box in zip((view, view.previous), boxes, strict=True)
     )
     if not (later.size and earlier.size):
         return math.nan
@@ -109,10 +109,10 @@ def slow_correlation(now):
     return (deviations[0] * deviations[1]).sum() / norm if norm > 1e-9 else math.nan
 
 
-def slow_clutter(now):
-    x, y, w, h = now.box
-    colours = now.image // 32 @ np.array([64, 8, 1])
-    inside = np.bincount(pixels_in(colours, now.box).ravel(), minlength=512)
+def slow_clutter(view):
+    x, y, w, h = view.box
+    colours = view.image // 32 @ np.array([64, 8, 1])
+    inside = np.bincount(pixels_in(colours, view.box).ravel(), minlength=512)
     around = pixels_in(colours, (x - w / 4, y - h / 4, 1.5 * w, 1.5 * h))
     outside = np.bincount(around.ravel(), minlength=512) - inside
     if not inside.any() or not outside.any():
@@ -120,13 +120,13 @@ def slow_clutter(now):
     return np.sqrt(inside / inside.sum() * outside / outside.sum()).sum()
 
 
-def slow_visibility(now):
-    return now.visibility
+def slow_visibility(view):
+    return view.visibility
 
 
-def slow_border(now):
-    x, y, w, h = now.box
-    return min(x, y, WIDTH - x - w, HEIGHT - y - h) / slow_size(now)
+def slow_border(view):
+    x, y, w, h = view.box
+    return min(x, y, WIDTH - x - w, HEIGHT - y - h) / slow_size(view)
 
 
 SLOW = {
@@ -150,17 +150,17 @@ def test_attributes_equal_their_slow_definitions(seed, boxes_of_frames, visibili
     images = [textured(seed + k) for k in range(3)]
     first = TargetView(images[0], boxes_of_frames[0], visibility)
     previous = TargetView(images[1], boxes_of_frames[1], visibility, first, first)
-    for now in (
+    for view in (
         first,
         previous,
         TargetView(images[2], boxes_of_frames[2], visibility, previous, first),
     ):
         for name, slow in SLOW.items():
             attribute = attributes.find(name)
-            value = attribute.measure(now)
+            value = attribute.measure(view)
             # OpenCV resizes in float32, whose rounding is up to 1.5e-5 grey levels.
             tolerance = 1e-5 if name == "correlation" else 1e-9
-            assert value == pytest.approx(slow(now), abs=tolerance, nan_ok=True), name
+            assert value == pytest.approx(slow(view), abs=tolerance, nan_ok=True), name
             assert math.isnan(value) or attribute.minimum <= value <= attribute.maximum, name
 
 

@@ -28,7 +28,7 @@ def test_names_are_sorted_and_unique():
 def test_import_and_descriptions_load_no_heavy_library():
     code = (
         "import sys\nfrom trackmark import datasets\n"
-        "for name in datasets.names(): datasets.options(name), datasets.summary(name)\n"
+        "for name in datasets.names(): datasets.options(name), datasets.sequence_size(name)\n"
         "heavy = {'cv2', 'av', 'numba', 'pandas', 'matplotlib', 'simplejpeg'}\n"
         "print(heavy & set(sys.modules))"
     )
@@ -120,11 +120,11 @@ class TestErrors:
 
     def test_summary_and_identity_of_unknown_names_are_refused(self):
         with pytest.raises(SequenceError, match="wang2010/cup"):
-            datasets.summary("wang2010/cupp")
+            datasets.sequence_size("wang2010/cupp")
         with pytest.raises(SequenceError, match="scene"):
-            datasets.identity("plain/target:scnee=3")
+            datasets.name_and_fingerprint("plain/target:scnee=3")
         with pytest.raises(SequenceError, match="nowhere"):
-            datasets.identity("nowhere/to-be-found")
+            datasets.name_and_fingerprint("nowhere/to-be-found")
 
 
 @pytest.mark.parametrize(
@@ -133,7 +133,7 @@ class TestErrors:
 )
 def test_identity_agrees_with_the_opened_sequence(text):
     sequence = datasets.load(text)
-    assert datasets.identity(text) == (sequence.name, sequence.fingerprint)
+    assert datasets.name_and_fingerprint(text) == (sequence.name, sequence.fingerprint)
 
 
 WORDS = st.text("abcdefghij-_/.0123456789", min_size=1)

@@ -79,7 +79,7 @@ def synthetic(request):
 
 def test_sequence_is_runnable_and_has_its_summary(sequence):
     sequence.check_runnable()
-    summary = datasets.summary(sequence.name)
+    summary = datasets.sequence_size(sequence.name)
     assert len(sequence) == summary.length > 1
     assert sequence.frames.size in (None, summary.size)
     for image in (sequence[0], sequence[-1]):
@@ -93,7 +93,7 @@ def test_sequence_is_runnable_and_has_its_summary(sequence):
 @pytest.mark.parametrize("name", datasets.names())
 def test_stored_metadata_agree_with_the_opened_sequence(name):
     sequence = datasets.load(name)
-    assert datasets.summary(name).length == len(sequence)
+    assert datasets.sequence_size(name).length == len(sequence)
     assert datasets.describe(name) == sequence_metadata(sequence)
 
 
@@ -117,7 +117,7 @@ def test_scene_has_its_golden_digests(synthetic):
     """Compare images and ground truth with the golden digests.
 
     A change affects all results on the sequence. If it is intended, check the images and give the
-    scene a new version: `python -m trackmark.bench.evaluation.version_check --new NAME`.
+    scene a new version: `python -m tools.golden_check --new NAME`.
     """
     assert datasets.describe(synthetic.name) == sequence_metadata(synthetic)
     if synthetic.name not in GOLDEN:  # only a harder variant of stress/twin has golden digests
@@ -184,7 +184,9 @@ def test_invalid_option_is_refused_by_name(name):
 @pytest.mark.parametrize("name", parametrized(SYNTHETIC))
 def test_default_value_is_not_part_of_the_name(name):
     defaults = ":".join(f"{key}={option['default']}" for key, option in PARAMETERS[name].items())
-    assert datasets.identity(f"{name}:{defaults}") == datasets.identity(name)
+    assert datasets.name_and_fingerprint(f"{name}:{defaults}") == datasets.name_and_fingerprint(
+        name
+    )
     assert datasets.load(f"{name}:{defaults}").name == name
 
 

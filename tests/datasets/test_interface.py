@@ -114,7 +114,7 @@ def test_fingerprint_is_computed_once_at_the_first_access():
 
 def test_sequence_ends_with_its_ground_truth():
     sequence = numbered(6, [BOX] * 4)
-    assert (len(sequence), sequence.images_beyond_truth) == (4, 2)
+    assert (len(sequence), sequence.n_unread_images) == (4, 2)
     assert numbers(sequence) == [0, 1, 2, 3]
     with pytest.raises(IndexError):
         sequence[4]

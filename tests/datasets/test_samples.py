@@ -23,7 +23,7 @@ def truth_of(name):
 @pytest.mark.parametrize("name", NAMES)
 def test_target_is_present_in_all_frames(name):
     sequence = datasets.load(name)
-    assert (len(sequence), sequence.images_beyond_truth) == (120, 0)
+    assert (len(sequence), sequence.n_unread_images) == (120, 0)
     assert sequence.fps == pytest.approx(29.97, abs=0.001)
     assert sequence.present.all()
     assert sequence[119].shape == (144, 176, 3)

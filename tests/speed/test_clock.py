@@ -1,6 +1,6 @@
 """Times per frame on an idle and on an occupied machine, and in accuracy and in timing runs.
 
-`make bench` prints the ratios. Times of accuracy runs are trustworthy if other load hardly changes
+`make bench` prints the ratios. Times of one-pass runs are trustworthy if other load hardly changes
 them; short tables show them without a mark.
 """
 
@@ -63,7 +63,7 @@ def occupied():
 def measured(name, sequence, protocol):
     tracker = (lambda seed: PLUGIN(PLUGIN.Parameters(), seed)) if name == "Sleep20" else name
     (run,) = run_protocol([(parse_tracker(tracker), 0)], sequence, protocol).runs
-    return run.circumstances["ms_per_frame_median"]
+    return run.metadata["ms_per_frame_median"]
 
 
 @pytest.mark.parametrize("name", [*TRACKERS, "Sleep20"])
@@ -71,11 +71,11 @@ def test_other_load_hardly_changes_times(benchmark, sequence, occupied, name):
     if not benchmark.enabled:
         pytest.skip("a benchmark: make bench")
     times = {0: [], 2: []}
-    measured(name, sequence, "accuracy")  # compiles kernels
+    measured(name, sequence, "one-pass")  # compiles kernels
     for _ in range(ROUNDS):
         for number in times:
             occupied(number)
-            times[number].append(measured(name, sequence, "accuracy"))
+            times[number].append(measured(name, sequence, "one-pass"))
     idle, busy = (float(np.median(values)) for values in times.values())
     benchmark.extra_info["ms/frame idle"] = round(idle, 4)
     benchmark.extra_info["occupied/idle"] = round(busy / idle, 2)
@@ -86,7 +86,7 @@ def test_other_load_hardly_changes_times(benchmark, sequence, occupied, name):
 def test_accuracy_runs_are_as_fast_as_timing_runs(benchmark, sequence, name):
     if not benchmark.enabled:
         pytest.skip("a benchmark: make bench")
-    pairs = [[measured(name, sequence, p) for p in ("accuracy", "timing")] for _ in range(ROUNDS)]
+    pairs = [[measured(name, sequence, p) for p in ("one-pass", "timing")] for _ in range(ROUNDS)]
     accuracy, timing = np.median(pairs, axis=0).tolist()
     benchmark.extra_info["accuracy/timing"] = round(accuracy / timing, 2)
     benchmark.pedantic(lambda: None, rounds=1)

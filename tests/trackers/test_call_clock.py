@@ -97,6 +97,27 @@ def test_clocks_of_one_moment_are_read(monkeypatch):
 
 
 @needs_run_delay
+def test_calls_after_short_pauses_share_counters(monkeypatch):
+    clock, now, readings = CallClock(), [0.0], []
+    assert clock.has_run_delay
+    clock.start()  # opens the counters of this thread
+
+    def read(*_):
+        readings.append(now[0])
+        return b"0 0 1"
+
+    monkeypatch.setattr(call_clock.time, "perf_counter", lambda: now[0])
+    monkeypatch.setattr(call_clock.os, "pread", read)
+    clock._ended = clock._valid_until = 0.0
+    calls = (1, 1.00001), (1.00002, 1.00003), (1.5, 1.50001), (1.50002, 1.6), (1.60001, 1.60002)
+    for now[0], end in calls:
+        clock.start()
+        now[0] = end
+        clock.stop()
+    assert readings == [1, 1.5, 1.6]  # the last one ends the only long call
+
+
+@needs_run_delay
 def test_counters_belong_to_the_calling_thread():
     clock, result, counters = CallClock(), [], []
     clock.start()

@@ -247,55 +247,6 @@ def test_listing_trackers_imports_no_heavy_library():
     assert actual.stdout.strip() == "[] []", actual.stderr
 
 
-FORMER_PLUGIN = """
-import datasets
-from trackers.base.interface import Estimate, TrackerPlugin
-
-
-class Former(TrackerPlugin):
-    def init(self, image, box, mask=None):
-        import trackers.base.sharing as late
-
-        self.box, self.name = box, late.__name__
-
-    def update(self, image):
-        if self.name != "trackmark.trackers.base.sharing" or {attribute!r} not in dir(datasets):
-            raise ValueError(f"{{self.name}}, {{datasets}}")
-        return Estimate(self.box)
-"""
-
-
-def run_former(tmp_path, attribute, *command):
-    """Run a command on a tracker with former imports, and return its warning."""
-    (tmp_path / "former.py").write_text(FORMER_PLUGIN.format(attribute=attribute))
-    environment = os.environ | {"PYTHONPATH": str(tmp_path)}
-    process = subprocess.run(command, cwd=tmp_path, env=environment, capture_output=True, text=True)
-    assert process.returncode == 0, process.stdout + process.stderr
-    (warning,) = (text for text in process.stderr.splitlines() if "deprecated" in text)
-    return warning.removeprefix(str(tmp_path / "former.py"))
-
-
-FORMER_PROGRAM = (
-    "import numpy as np; from trackmark import trackers;"
-    "image, tracker = np.zeros((9, 9, 3), np.uint8), trackers.create('former.py');"
-    "tracker.init(image, np.array([1.0, 2, 3, 4])); tracker.update(image)"
-)
-
-
-def test_former_import_names_work_with_a_warning(tmp_path):
-    assert run_former(tmp_path, "names", sys.executable, "-c", FORMER_PROGRAM) == (
-        ":2: the import name `datasets` is deprecated. The next release removes it. Import "
-        "`trackmark.datasets` instead."
-    )
-
-
-def test_package_of_another_project_keeps_its_former_name(tmp_path):
-    (tmp_path / "datasets").mkdir()
-    (tmp_path / "datasets" / "__init__.py").write_text("load_dataset = print\n")
-    warning = run_former(tmp_path, "load_dataset", sys.executable, "-c", FORMER_PROGRAM)
-    assert warning.startswith(":3: the import name `trackers.base.interface` is deprecated.")
-
-
 def test_shared_modules_import_no_tracker():
     files = Path(trackers.__file__).parent.glob("[!_]*.py")
     modules = {f"trackmark.trackers.{file.stem}" for file in files}

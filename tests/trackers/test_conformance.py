@@ -95,7 +95,7 @@ def run(specification, clip):
 
 def test_maps_have_the_image_size_and_no_side_effect(specification, clip, run):
     tracker = started(specification, clip)
-    if not isinstance(tracker, trackers.Mapper):
+    if not isinstance(tracker, trackers.WeightMapTracker):
         pytest.skip("it has no maps")
     for image, before in zip(clip.images[1:], run, strict=True):
         estimate = tracker.update(image)

@@ -1,6 +1,5 @@
 """Adapter of plain trackers: signatures, returned values, parameters and random numbers."""
 
-import os
 from types import SimpleNamespace
 
 import numpy as np
@@ -10,7 +9,7 @@ from trackmark import trackers
 from trackmark.trackers import Estimate, Randomness, TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
 from trackmark.trackers.base.plain import to_plugin
-from trackmark.trackers.base.plain_class import ForkGuard, adapt_init
+from trackmark.trackers.base.plain_class import adapt_init
 
 BOX = [1.0, 2.0, 3.0, 4.0]
 IMAGE = np.zeros((9, 9, 3), np.uint8)
@@ -282,11 +281,3 @@ def test_file_imports_modules_next_to_it(tmp_path):
     code = "from steps_of_plain import STEP\n" + SOURCE.replace("step: float = 1", "step=STEP")
     (tmp_path / "importing.py").write_text(code)
     assert trackers.describe(str(tmp_path / "importing.py"))["parameters"][0]["default"] == 7
-
-
-def test_copy_of_the_process_that_leaves_a_fork_guard_ends():
-    with ForkGuard():
-        copy = os.fork()
-    if copy == 0:
-        os._exit(99)  # the copy must not get here
-    assert os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1]) == 0

@@ -7,11 +7,15 @@ the syntax of Python 3.6.
 """
 
 import os
-import resource
 import sys
 import threading
 import time
 from typing import Any, NamedTuple, Tuple
+
+try:
+    import resource
+except ImportError:  # Windows
+    resource = None  # type: ignore[assignment]
 
 _SCHEDSTAT = "/proc/thread-self/schedstat"
 _MAX_BYTES = 64  # of its content
@@ -122,7 +126,7 @@ class CallClock:
         self._thread = threading.get_ident()
         self._valid_until = 0.0  # the counters are those of another thread
         try:
-            self._schedstat = os.open(_SCHEDSTAT, os.O_RDONLY | os.O_CLOEXEC)
+            self._schedstat = os.open(_SCHEDSTAT, os.O_RDONLY | getattr(os, "O_CLOEXEC", 0))
             _run_delay(os.pread(self._schedstat, _MAX_BYTES, 0))
         except (OSError, ValueError, IndexError):  # not Linux, or a kernel without the counters
             self._close()
@@ -178,6 +182,8 @@ def _run_delay(counters: bytes) -> float:
 
 
 def _read_children() -> float:
-    """Return the CPU time of child processes that have ended [s]."""
+    """Return the CPU time of child processes that have ended [s]; 0 if it is not known."""
+    if resource is None:
+        return 0.0
     usage = resource.getrusage(resource.RUSAGE_CHILDREN)
     return usage.ru_utime + usage.ru_stime

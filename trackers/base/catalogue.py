@@ -19,7 +19,6 @@ from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 
 import numpy as np
 
-from trackmark.trackers.base.former_imports import allow_former_imports, warn_of_former_imports
 from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
@@ -29,7 +28,7 @@ from trackmark.trackers.base.parameters import (
     unknown_name_error,
 )
 from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import ForkGuard, tracker_class
+from trackmark.trackers.base.plain_class import tracker_class
 from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
@@ -356,11 +355,8 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             (exported,) = module.__all__
             return validate_plugin(getattr(module, exported), name), file
         if entries:
-            allow_former_imports()
-            with ForkGuard():
-                plugin = validate_plugin(entries[0].load(), name)
+            plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
-            warn_of_former_imports(file)
             return plugin, file
     except ImportError as error:
         raise TrackerError(f"tracker {name!r} cannot be used: {error}") from error
@@ -401,12 +397,11 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     sys.modules[module_name] = module
     if (folder := str(file.absolute().parent)) not in sys.path:
         sys.path.append(folder)  # for modules next to the file, also those that a run imports
-    allow_former_imports()
     arguments = sys.argv
     try:
         # The file may change the working directory, and draw from the global generators.
         directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
-        with directory, preserved_generators(), generators, ForkGuard():
+        with directory, preserved_generators(), generators:
             sys.argv = [path]  # those of the process are not for the file
             loader.exec_module(module)
     except (Exception, SystemExit) as error:
@@ -430,7 +425,6 @@ def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
         kind = tracker_class(module, class_name)
     except ValueError as error:
         raise TrackerError(f"{file}: {error}") from None
-    warn_of_former_imports(file.resolve())
     return validate_plugin(kind, f"{file.name}:{kind.__name__}"), file.resolve()
 
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import StrEnum
 from math import nan
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol, TypeAlias, runtime_checkable
+from typing import Any, ClassVar, Protocol, TypeAlias, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,10 +34,6 @@ def check_box(box: Box) -> Box:
             "[x, y, width, height], with width and height above 0."
         )
     return numbers
-
-
-class NotInitialisedError(TrackerError, AttributeError):
-    """Error for an attribute that is read before `init` has set it."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,7 +82,7 @@ class Tracker(Protocol):
 
 
 @runtime_checkable
-class Watcher(Protocol):
+class EarlyFrameTracker(Protocol):
     """Optional method of trackers that use the frames in which the target has not appeared yet."""
 
     def watch(self, image: Image) -> None:
@@ -95,7 +91,7 @@ class Watcher(Protocol):
 
 
 @runtime_checkable
-class Finisher(Protocol):
+class RevisingTracker(Protocol):
     """Optional method of trackers that revise earlier boxes at the end of the sequence."""
 
     def finish(self) -> Mapping[int, Box]:
@@ -104,7 +100,7 @@ class Finisher(Protocol):
 
 
 @runtime_checkable
-class Mapper(Protocol):
+class WeightMapTracker(Protocol):
     """Optional method of trackers that compute a weight per pixel."""
 
     def maps(self, image: Image) -> Mapping[str, NDArray[Any]]:
@@ -169,15 +165,6 @@ class TrackerPlugin(ABC):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         self.parameters = parameters
         self.seed = seed
-
-    if not TYPE_CHECKING:  # hidden from type checkers, which would accept every attribute name
-
-        def __getattr__(self, name: str) -> Any:
-            """Raise an error that explains the usual cause: `update` was called before `init`."""
-            raise NotInitialisedError(
-                f"{type(self).__name__} has no attribute {name!r}: `init` has not set it. Call "
-                "`init` before `update`."
-            )
 
     @abstractmethod
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:

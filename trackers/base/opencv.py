@@ -66,19 +66,6 @@ def _pixels(start: float, end: float, n_pixels: int) -> tuple[int, int]:
     return first, min(max(floor(end + 0.5), first + 1), n_pixels) - first
 
 
-class OpenCVParameters(Parameters):
-    """Parameters that were added to an OpenCV tracker after results had been stored.
-
-    Attributes
-    ----------
-    implied : bool
-        True if a run's identity omits parameters with default values. Such a run keeps the identity
-        that it had before the parameters existed.
-    """
-
-    implied: ClassVar[bool] = True
-
-
 class OpenCVTracker(TrackerPlugin):
     """Base class of OpenCV's trackers.
 

@@ -82,6 +82,6 @@ def positive(default: float, meaning: str) -> Any:
     return Field(default, gt=0.0, description=meaning)
 
 
-def whole(default: int, meaning: str, least: int = 1, most: int | None = None) -> Any:
+def integer(default: int, meaning: str, minimum: int = 1, maximum: int | None = None) -> Any:
     """Return the field of an integer in [least, most]."""
-    return Field(default, ge=least, le=most, description=meaning)
+    return Field(default, ge=minimum, le=maximum, description=meaning)

@@ -6,7 +6,6 @@ of Python 3.6, and needs NumPy only. The functions raise `ValueError` for unusab
 
 import inspect
 import math
-import os
 from difflib import get_close_matches
 from functools import partial
 from typing import Any, Callable, Dict, List
@@ -117,26 +116,6 @@ def _bound(kind: Any, name: str) -> Any:
     is_function = hasattr(type(stored), "__get__")  # otherwise, a callable object
     takes_self = is_function and not isinstance(stored, (staticmethod, classmethod))
     return partial(method, None) if takes_self else method
-
-
-class ForkGuard:
-    """Context that ends processes which code of a tracker has forked within it, if they leave it.
-
-    Such a process would go on as a second harness. It ends without the exit handlers, which belong
-    to the first one.
-    """
-
-    def __enter__(self) -> None:
-        self._pid = os.getpid()
-
-    def __exit__(self, *_: Any) -> None:
-        end_fork(self._pid)
-
-
-def end_fork(pid: int) -> None:
-    """End this process unless it has the id `pid`; see `ForkGuard`."""
-    if os.getpid() != pid:
-        os._exit(0)
 
 
 def _parameters(make: Any) -> Dict[str, Any]:

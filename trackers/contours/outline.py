@@ -183,8 +183,8 @@ def fill_contour(contour: Array, height: int, width: int) -> Mask:
 
 def bounding_box(contour: Array) -> Box:
     """Return the bounding box (4,) of a contour (points, 2)."""
-    least = contour.min(axis=0)
-    return np.concatenate([least, contour.max(axis=0) - least])
+    minimum = contour.min(axis=0)
+    return np.concatenate([minimum, contour.max(axis=0) - minimum])
 
 
 def inscribed_ellipse(box: Box, height: int, width: int) -> Mask:
@@ -216,8 +216,8 @@ def crosses_itself(contour: Array) -> bool:
     apart = (a > 0) | (b < n - 1)  # the last side is the first one's neighbour
     a, b = a[apart], b[apart]
     ends = np.roll(contour, -1, axis=0)
-    least, most = np.minimum(contour, ends), np.maximum(contour, ends)
-    near = ((least[a] <= most[b]) & (least[b] <= most[a])).all(axis=1)
+    minimum, maximum = np.minimum(contour, ends), np.maximum(contour, ends)
+    near = ((minimum[a] <= maximum[b]) & (minimum[b] <= maximum[a])).all(axis=1)
     a, b = a[near], b[near]
     return bool((_separates(contour, ends, a, b) & _separates(contour, ends, b, a)).any())
 

@@ -17,9 +17,9 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     nonnegative,
     positive,
-    whole,
 )
 from trackmark.trackers.base.particles import effective_sample_size
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
@@ -45,8 +45,7 @@ from trackmark.trackers.contours.outline import (
     outline,
 )
 from trackmark.trackers.contours.plane_cue import discriminant_basis
-from trackmark.trackers.contours.snake import Stiffness
-from trackmark.trackers.contours.snake import refine_by_snake as refined_by_snake
+from trackmark.trackers.contours.snake import Stiffness, refine_by_snake
 
 Posterior: TypeAlias = NDArray[np.float32]
 
@@ -82,13 +81,13 @@ MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from are
 class SegmenterParameters(Parameters):
     """Parameters of a `Segmenter`."""
 
-    contour_samples: int = whole(500, "N₃: number of particles of the contour [count]")
-    contour_points: int = whole(32, "N_r: points of a contour [count]", 8)
-    object_components: int = whole(
-        2, "M_O: number of Gaussians of the target's colours [count]", most=20
+    contour_samples: int = integer(500, "N₃: number of particles of the contour [count]")
+    contour_points: int = integer(32, "N_r: points of a contour [count]", 8)
+    object_components: int = integer(
+        2, "M_O: number of Gaussians of the target's colours [count]", maximum=20
     )
-    background_components: int = whole(
-        5, "M_B: number of Gaussians of the background's colours [count]", most=20
+    background_components: int = integer(
+        5, "M_B: number of Gaussians of the background's colours [count]", maximum=20
     )
     stretch_x_spread: float = nonnegative(
         0.04, "σ of the element of H₃ by which x depends on x [ratio]"
@@ -154,7 +153,7 @@ class SegmenterParameters(Parameters):
     snake_feedback: float = fraction(
         0.0, "share of the contours that start from the snake [fraction]"
     )
-    colour_levels: int = whole(
+    colour_levels: int = integer(
         20, "L: number of levels per channel; the colour grid has L³ cells [count]", 2, 64
     )
     start: Literal["mask", "box"] = choice(
@@ -193,19 +192,19 @@ class Segmenter(SharingTracker):
 
     def contour_cue(self, start: ChainStart, kind: type[ContourCue] = ContourCue) -> ContourCue:
         """Return the contour cue in the first frame."""
-        settings = self.parameters
+        parameters = self.parameters
         affine = [
-            [settings.stretch_x_spread, settings.shear_x_spread],
-            [settings.shear_y_spread, settings.stretch_y_spread],
+            [parameters.stretch_x_spread, parameters.shear_x_spread],
+            [parameters.shear_y_spread, parameters.stretch_y_spread],
         ]
-        shift = np.array([settings.shift_x_spread, settings.shift_y_spread])
+        shift = np.array([parameters.shift_x_spread, parameters.shift_y_spread])
         self.contours = kind(
             start.contour,
-            settings.contour_samples,
+            parameters.contour_samples,
             ContourDynamics(np.array(affine), shift * start.width / REFERENCE_WIDTH),
-            settings.outside,
-            settings.weights,
-            settings.contour_temperature,
+            parameters.outside,
+            parameters.weights,
+            parameters.contour_temperature,
         )
         return self.contours
 
@@ -229,11 +228,11 @@ class Segmenter(SharingTracker):
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raise TrackerError for an invalid, empty or full mask."""
-        settings = self.parameters
+        parameters = self.parameters
         self.generator = np.random.default_rng(self.seed)
         height, width = frame.image.shape[:2]
         subject = "mask"
-        if mask is None or settings.start == "box":
+        if mask is None or parameters.start == "box":
             subject = f"box {np.round(box, 1).tolist()}"
             mask = np.zeros((height, width), bool)
             if (box[2:] > 0).all():
@@ -257,25 +256,27 @@ class Segmenter(SharingTracker):
         fit = ColourFit(
             target_colours,
             background_colours,
-            fit_mixture(target_colours @ basis, settings.object_components, self.generator),
-            fit_mixture(background_colours @ basis, settings.background_components, self.generator),
+            fit_mixture(target_colours @ basis, parameters.object_components, self.generator),
+            fit_mixture(
+                background_colours @ basis, parameters.background_components, self.generator
+            ),
         )
-        self.contour = outline(mask, settings.contour_points)
+        self.contour = outline(mask, parameters.contour_points)
         self.chain = self.chain_from(ChainStart(basis, fit, self.contour, width))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `SharingTracker.update_shared`."""
-        settings, image = self.parameters, frame.image
-        cells = frame.compute(colour_cells, settings.colour_levels)
+        parameters, image = self.parameters, frame.image
+        cells = frame.compute(colour_cells, parameters.colour_levels)
         hypotheses = self.chain.step(self._observation(cells, image), self.generator)
         contours = hypotheses[-1]
         mean: Array = np.einsum("n,npd->pd", contours.weights, contours.states)
         posterior = best_posterior(hypotheses)[cells.image]
         self.contour, accepted = mean, False
-        if settings.snake:
-            edges = posterior if settings.snake_edges == "supported" else None
-            self.contour, accepted = refined_by_snake(mean, image, edges, settings.snake_stiffness)
-        anchors = round(settings.snake_feedback * settings.contour_samples)
+        if parameters.snake:
+            edges = posterior if parameters.snake_edges == "supported" else None
+            self.contour, accepted = refine_by_snake(mean, image, edges, parameters.snake_stiffness)
+        anchors = round(parameters.snake_feedback * parameters.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, inside, hypotheses)
@@ -294,16 +295,16 @@ class Segmenter(SharingTracker):
         )
 
     def _observation(self, cells: ColourCells, image: Image) -> Observation:
-        settings = self.parameters
+        parameters = self.parameters
         height, width = image.shape[:2]
-        margin = settings.window_margin * width / REFERENCE_WIDTH
-        window = window_around(self.contour, margin, settings.window_growth, width, height)
+        margin = parameters.window_margin * width / REFERENCE_WIDTH
+        window = window_around(self.contour, margin, parameters.window_growth, width, height)
         x0, y0, x1, y1 = window
-        prior = settings.object_prior
+        prior = parameters.object_prior
         if prior == "area":
             share = enclosed_area(self.contour) / ((x1 - x0) * (y1 - y0))
             prior = min(max(share, MIN_PRIOR), 1 - MIN_PRIOR)
-        ring = inf if settings.ring == "image" else settings.ring
+        ring = inf if parameters.ring == "image" else parameters.ring
         return self.prepare_observation(observe(cells, window, prior, ring), image)
 
     def _select_output(self, mean: Array, inside: Mask, posterior: Posterior) -> tuple[Box, Mask]:

@@ -185,7 +185,7 @@ def _axis_range(centre: float, reach: float, origin: int, size: int) -> tuple[in
 
 @njit(cache=True, inline="always")
 def _add_weights(
-    line: Codes, start: int, stop: int, most: int, falls: Counts, parts: tuple[Counts, ...]
+    line: Codes, start: int, stop: int, maximum: int, falls: Counts, parts: tuple[Counts, ...]
 ) -> None:
     """Add weights `most` - `falls` to four histograms in turn, to avoid dependent additions."""
     part_0, part_1, part_2, part_3 = parts
@@ -194,13 +194,13 @@ def _add_weights(
     for column in range(start, quads, 4):
         i, j = np.uintp(column), np.uintp(column + 1)
         k, m = np.uintp(column + 2), np.uintp(column + 3)
-        part_0[np.uintp(line[i])] += most - falls[i]
-        part_1[np.uintp(line[j])] += most - falls[j]
-        part_2[np.uintp(line[k])] += most - falls[k]
-        part_3[np.uintp(line[m])] += most - falls[m]
+        part_0[np.uintp(line[i])] += maximum - falls[i]
+        part_1[np.uintp(line[j])] += maximum - falls[j]
+        part_2[np.uintp(line[k])] += maximum - falls[k]
+        part_3[np.uintp(line[m])] += maximum - falls[m]
     for column in range(quads, stop):
         i = np.uintp(column)
-        part_0[np.uintp(line[i])] += most - falls[i]
+        part_0[np.uintp(line[i])] += maximum - falls[i]
 
 
 @njit(cache=True)

@@ -13,8 +13,8 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     positive,
-    whole,
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
@@ -35,7 +35,7 @@ class MeanShiftParameters(Parameters):
     """Parameters of mean shift trackers."""
 
     colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = whole(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
+    bins: int = integer(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
     scale: Literal["adaptive", "fixed"] = choice(
         "adaptive",
         "adaptive: size of the most similar of a smaller, an equal and a larger ellipse; fixed: "
@@ -50,7 +50,7 @@ class MeanShiftParameters(Parameters):
     stop_distance: float = positive(
         0.1, "ε: mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = whole(20, "maximum number of mean shift steps of an ellipse [count]")
+    max_iterations: int = integer(20, "maximum number of mean shift steps of an ellipse [count]")
     step_halving: bool = choice(True, "whether steps that lower the coefficient are halved")
 
 
@@ -71,7 +71,7 @@ class TargetEllipse:
     The attributes `half_width` and `half_height` are the current half axes [pixels].
 
     `name`: name of the tracker, for error messages.
-    `settings`: parameters of histogram and search.
+    `parameters`: parameters of histogram and search.
     `frame`: first frame.
     `box` float64 (4,): init box [pixels].
 
@@ -79,7 +79,7 @@ class TargetEllipse:
     """
 
     def __init__(
-        self, name: str, settings: MeanShiftParameters, frame: SharedFrame, box: Box
+        self, name: str, parameters: MeanShiftParameters, frame: SharedFrame, box: Box
     ) -> None:
         x, y, width, height = (float(value) for value in box)
         if not (width >= MIN_SIDE and height >= MIN_SIDE):
@@ -88,8 +88,8 @@ class TargetEllipse:
                 "pixels. Use a larger box."
             )
         self.half_width, self.half_height = width / 2, height / 2
-        self._settings = settings
-        self._colours = JointBins(settings.colour, settings.bins)
+        self._parameters = parameters
+        self._colours = JointBins(parameters.colour, parameters.bins)
         self._bins = np.arange(self._colours.n_bins)
         ellipse = x + self.half_width, y + self.half_height, self.half_width, self.half_height
         histogram = self._histograms(frame, np.array([ellipse]))
@@ -114,7 +114,7 @@ class TargetEllipse:
 
     def adapt_size(self, location: Location) -> None:
         """Set the half axes h to γ h_found + (1 - γ) h, where h_found are the located half axes."""
-        share = self._settings.scale_smoothing
+        share = self._parameters.scale_smoothing
         self.half_width += share * (location.half_width - self.half_width)
         self.half_height += share * (location.half_height - self.half_height)
 
@@ -150,9 +150,9 @@ class TargetEllipse:
 
     def _factors(self, frame: SharedFrame) -> list[float]:
         """Return the scale factors to try; the first is 1."""
-        if self._settings.scale == "fixed":
+        if self._parameters.scale == "fixed":
             return [1.0]
-        factors, step = [1.0], self._settings.scale_step
+        factors, step = [1.0], self._parameters.scale_step
         width, height = 2 * self.half_width, 2 * self.half_height
         if min(width, height) * (1 - step) >= MIN_SIDE:
             factors.append(1 - step)
@@ -166,7 +166,7 @@ class TargetEllipse:
     def _shift(
         self, window: CodeWindow, x: float, y: float, factor: float
     ) -> tuple[Location, bool]:
-        settings = self._settings
+        parameters = self._parameters
         half_width, half_height = self.half_width * factor, self.half_height * factor
         result: MeanShiftResult = mean_shift(
             window,
@@ -174,9 +174,9 @@ class TargetEllipse:
             self._model,
             self._colours.n_bins,
             (x, y, half_width, half_height),
-            settings.stop_distance,
-            settings.max_iterations,
-            settings.step_halving,
+            parameters.stop_distance,
+            parameters.max_iterations,
+            parameters.step_halving,
         )
         location = Location(
             result.x, result.y, half_width, half_height, result.coefficient, result.iterations

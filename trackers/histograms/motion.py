@@ -112,9 +112,9 @@ class MotionModel:
     def _keep_in_bounds(self, states: Array, aspect: float, image_size: tuple[int, int]) -> None:
         width, height = image_size
         if self.axes == "together":
-            least = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
-            most = max(min(width, height / aspect), least)
-            states[:, 4] = np.clip(states[:, 4], least, most)
+            minimum = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
+            maximum = max(min(width, height / aspect), minimum)
+            states[:, 4] = np.clip(states[:, 4], minimum, maximum)
             states[:, 5] = states[:, 4] * aspect
         else:
             np.clip(states[:, H], MIN_HALF_AXIS, [width, height], out=states[:, H])

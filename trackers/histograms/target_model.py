@@ -82,9 +82,9 @@ class EllipseHistograms:
         """Count bins in ellipses (n, 7); a total is 0 if less than a quarter is in the image."""
         ellipses = states[:, [0, 1, 4, 5]]
         ellipse_counts = count_ellipses(frame, ellipses, self.kernel, self.colours, bins)
-        least = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
+        minimum = MIN_SHARE * pi * ellipses[:, 2] * ellipses[:, 3]
         return ellipse_counts._replace(
-            totals=np.where(ellipse_counts.pixels >= least, ellipse_counts.totals, 0)
+            totals=np.where(ellipse_counts.pixels >= minimum, ellipse_counts.totals, 0)
         )
 
     def histogram(self, frame: SharedFrame, state: Array) -> Array | None:
@@ -137,7 +137,7 @@ class TargetModel:
         coefficient: float,
         ellipse_counts: EllipseCounts,
         weights: Array,
-        least: float,
+        minimum: float,
     ) -> float:
         """Update models whose coefficient exceeds `least` (equations 11 and 12).
 
@@ -147,14 +147,14 @@ class TargetModel:
         """
         alpha = self._alpha
         if self.models is not None:
-            updated = (self.coefficients(ellipse_counts) > least) & (ellipse_counts.totals > 0)
+            updated = (self.coefficients(ellipse_counts) > minimum) & (ellipse_counts.totals > 0)
             new_histograms = (
                 ellipse_counts.counts[updated] / ellipse_counts.totals[updated, np.newaxis]
             )
             self.models[updated] = (1 - alpha) * self.models[updated] + alpha * new_histograms
             self.current = weights @ self.models
             return float(updated.mean())
-        if histogram is None or not coefficient > least:
+        if histogram is None or not coefficient > minimum:
             return 0.0
         self.current = (1 - alpha) * self.current + alpha * histogram
         self.bins = np.flatnonzero(self.first + self.current)

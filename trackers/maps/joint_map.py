@@ -19,8 +19,8 @@ from trackmark.trackers.base.parameters import (
     TrackerError,
     choice,
     fraction,
+    integer,
     nonnegative,
-    whole,
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.differences import (
@@ -78,8 +78,8 @@ def weight_bits(rows: int, columns: int) -> int:
     >>> weight_bits(115, 142), weight_bits(480, 640), weight_bits(2160, 3840)
     (40, 34, 27)
     """
-    most = rows * columns * max(rows, columns)
-    return min(40, 62 - most.bit_length())
+    maximum = rows * columns * max(rows, columns)
+    return min(40, 62 - maximum.bit_length())
 
 
 @njit(cache=True)
@@ -201,7 +201,7 @@ def contains(region: Region, window: Region) -> bool:
 
 
 @njit(cache=True)
-def window_moments(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
+def moments_in_window(sums: Ints, region: Region, window: Region) -> tuple[int, int, int]:
     """Return M₀₀, M₁₀ and M₀₁ of a window (eq. 6) inside the region of the sums."""
     left, right = window.left - region.left, window.right - region.left
     upper, lower = sums[window.top - region.top], sums[window.bottom - region.top]
@@ -243,7 +243,7 @@ def drift(
             window = window_region(x, y, width, height, rows, columns)
             if not contains(region, window):
                 return moved, window
-            total, total_x, total_y = window_moments(sums, region, window)
+            total, total_x, total_y = moments_in_window(sums, region, window)
             if iterations == 0:
                 moved.before[i] = total
             if total == 0 or step < stop_distance or iterations == max_iterations:
@@ -273,8 +273,10 @@ class ColourMotionParameters(Parameters):
     beta: float = fraction(
         0.8, "β: weight of the motion; the weight of the colour is 1 - β [ratio]"
     )
-    hue_bins: int = whole(32, "number of bins of the hue histogram [count]", most=256)
-    saturation_bins: int = whole(32, "number of bins of the saturation histogram [count]", most=256)
+    hue_bins: int = integer(32, "number of bins of the hue histogram [count]", maximum=256)
+    saturation_bins: int = integer(
+        32, "number of bins of the saturation histogram [count]", maximum=256
+    )
     difference_window: Annotated[int, AfterValidator(_odd)] = Field(
         5,
         ge=1,
@@ -303,7 +305,7 @@ class ColourMotionModel:
     """Histograms of the target's hue and saturation, and the motion of the last frames.
 
     `owner`: name of the tracker, for error messages.
-    `settings`: parameters of the map.
+    `parameters`: parameters of the map.
     `frame`: first frame.
     `centre` float64 (2,): centre x, y of the template window [pixels].
     `window`: width and height of the template window [pixels].
@@ -315,29 +317,29 @@ class ColourMotionModel:
     def __init__(
         self,
         owner: str,
-        settings: ColourMotionParameters,
+        parameters: ColourMotionParameters,
         frame: SharedFrame,
         centre: Array,
         window: Size,
     ) -> None:
-        self._owner, self._settings = owner, settings
+        self._owner, self._parameters = owner, parameters
         self._binning = ColourBinning(
-            settings.hue_bins,
-            settings.saturation_bins,
-            settings.minimum_saturation,
-            settings.minimum_value,
-            settings.maximum_value,
+            parameters.hue_bins,
+            parameters.saturation_bins,
+            parameters.minimum_saturation,
+            parameters.minimum_value,
+            parameters.maximum_value,
         )
         self._motion = frame.compute(first_frame)
         rows, columns = frame.image.shape[:2]
         self._bits = weight_bits(rows, columns)
         left, top, right, bottom = enclosing_region(centre[np.newaxis], *window, rows, columns)
-        counts = np.zeros(settings.hue_bins * settings.saturation_bins + 1, np.int64)
+        counts = np.zeros(parameters.hue_bins * parameters.saturation_bins + 1, np.int64)
         bins = np.empty(right - left, np.int32)
         for row in range(top, bottom):
             colour_bins(frame.image, row, left, right, self._binning, bins)
             counts += np.bincount(bins, minlength=len(counts))
-        joint = counts[:-1].reshape(settings.hue_bins, settings.saturation_bins)
+        joint = counts[:-1].reshape(parameters.hue_bins, parameters.saturation_bins)
         if not joint.any():
             raise TrackerError(
                 f"{owner}: no pixel of the {window[0]}x{window[1]} window around "
@@ -347,14 +349,14 @@ class ColourMotionModel:
             )
         hue, saturation = joint.sum(axis=1), joint.sum(axis=0)
         of_hue, of_saturation = hue / hue.max(), saturation / saturation.max()
-        colour = settings.alpha * of_hue[:, np.newaxis] + (1 - settings.alpha) * of_saturation
-        weights = np.stack([(1 - settings.beta) * colour, colour]).reshape(2, -1)
+        colour = parameters.alpha * of_hue[:, np.newaxis] + (1 - parameters.alpha) * of_saturation
+        weights = np.stack([(1 - parameters.beta) * colour, colour]).reshape(2, -1)
         scaled = np.rint(weights * 2.0**self._bits).astype(np.int64)
         self._weights = np.concatenate([scaled, np.zeros((2, 1), np.int64)], axis=1)
 
     def observe(self, frame: SharedFrame) -> "JointMap":
         """Return the joint map of the next frame; raise TrackerError if its size differs."""
-        settings = self._settings
+        parameters = self._parameters
         if frame.image.shape[:2] != self._motion.grey.shape:
             rows, columns = self._motion.grey.shape
             raise TrackerError(
@@ -363,17 +365,20 @@ class ColourMotionModel:
                 "the same size."
             )
         self._motion = frame.compute(
-            compare_frames, self._motion, settings.difference_window, settings.differences == "two"
+            compare_frames,
+            self._motion,
+            parameters.difference_window,
+            parameters.differences == "two",
         )
         threshold = self._threshold(self._motion)
         return JointMap(frame, self._motion, threshold, self._weights, self._bits, self._binning)
 
     def _threshold(self, motion: FrameMotion) -> float:
         """Return the threshold of D¹ + D² for motion: twice the T in step 4 of the paper."""
-        settings = self._settings
-        if settings.motion_threshold == "adaptive":
-            return motion.mean + settings.threshold_factor * motion.deviation
-        return 2 * 3 * settings.difference_window**2 * settings.motion_threshold
+        parameters = self._parameters
+        if parameters.motion_threshold == "adaptive":
+            return motion.mean + parameters.threshold_factor * motion.deviation
+        return 2 * 3 * parameters.difference_window**2 * parameters.motion_threshold
 
 
 class JointMap:
@@ -427,7 +432,7 @@ class JointMap:
         change = motion.latest, motion.earlier, self._threshold
         pixels = window_region(float(centre[0]), float(centre[1]), *window, rows, columns)
         self._cover(pixels, 0, 0)
-        total = window_moments(self._sums, self._region, pixels)[0]
+        total = moments_in_window(self._sums, self._region, pixels)[0]
         return {
             "similarity": total * self.unit / (window[0] * window[1]),
             "moving": moving_share(*change, 0, 0, columns, rows),

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackmark.trackers.base.parameters import choice, positive, whole
+from trackmark.trackers.base.parameters import choice, integer, positive
 from trackmark.trackers.base.particles import (
     SCHEMES,
     effective_sample_size,
@@ -28,7 +28,7 @@ ROBUST_PRESET = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
 class PositionFilterParameters(ColourMotionParameters):
     """Parameters of `PositionFilter`."""
 
-    particles: int = whole(60, "number of particles N [count]", most=100_000)
+    particles: int = integer(60, "number of particles N [count]", maximum=100_000)
     radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = choice(
         "rule", "r: maximum random displacement of a particle per axis; rule: √N / 2 [pixels]"
     )
@@ -63,27 +63,27 @@ class PositionFilter(SharingTracker):
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`; raises TrackerError as `ColourMotionModel` does."""
-        settings = self.parameters
+        parameters = self.parameters
         centre, self._box_size = box[:2] + box[2:] / 2, box[2:].copy()
         self._window = window_size(box)
-        self._model = ColourMotionModel(self.name, settings, frame, centre, self._window)
-        n = settings.particles
-        self._radius = sqrt(n) / 2 if settings.radius == "rule" else settings.radius
+        self._model = ColourMotionModel(self.name, parameters, frame, centre, self._window)
+        n = parameters.particles
+        self._radius = sqrt(n) / 2 if parameters.radius == "rule" else parameters.radius
         self._generator = np.random.default_rng(self.seed)
         self._positions = centre + self._draw_displacements()
         self._steps = np.zeros((n, 2))
 
     def update_shared(self, frame: SharedFrame) -> Estimate:
         """See `Tracker.update`; raise TrackerError if the frame size changes."""
-        settings, window = self.parameters, self._window
+        parameters, window = self.parameters, self._window
         joint = self._joint = self._model.observe(frame)
         predicted = self._predict(frame.image.shape)
         moved = joint.drift(predicted, window, *self.drift_rule())
         similarity = moved.after * joint.unit / (window[0] * window[1])
         weights = normalise_log_weights(
-            (similarity - 1) / (2 * settings.sigma**2)
+            (similarity - 1) / (2 * parameters.sigma**2)
         )  # equations 9 to 11
-        chosen = SCHEMES[settings.resampling](weights, self._uniforms())
+        chosen = SCHEMES[parameters.resampling](weights, self._uniforms())
         estimate = self._mean_position(weights, moved.points, chosen)
         steps = moved.points - self._positions
         self._positions, self._steps = moved.points[chosen], steps[chosen]
@@ -105,7 +105,7 @@ class PositionFilter(SharingTracker):
         )
 
     def maps(self, image: Image) -> Mapping[str, Array]:
-        """Return the joint map of colour and motion; see `Mapper.maps`."""
+        """Return the joint map of colour and motion; see `WeightMapTracker.maps`."""
         return {"joint map": self._joint.whole()}
 
     def _draw_displacements(self) -> Array:

@@ -1,5 +1,5 @@
 "use strict";
-// Hardest moments: a loop plays while it is seen; its poster is an image of the page.
+// Worst frames: a loop plays while it is seen; its poster is an image of the page.
 const still = matchMedia("(prefers-reduced-motion: reduce)");
 let looping = !still.matches;
 const loops = [...document.querySelectorAll("[data-loop]")].map((link) => {
@@ -9,15 +9,15 @@ const loops = [...document.querySelectorAll("[data-loop]")].map((link) => {
 
 async function showLoop(loop, now) {
   loop.busy = true;
-  const opened = await openScene(loop.number), image = await opened.films.thumbnails?.get(loop.frame);
+  const opened = await openSequence(loop.number), image = await opened.readers.thumbnails?.get(loop.frame);
   loop.busy = false;
   if (!image) return;
   if (!loop.canvas) {
     loop.canvas = make("canvas", { width: 480, height: Math.round(480 * opened.size[1] / opened.size[0]), "aria-hidden": "true" });
     loop.link.querySelector(".still").before(loop.canvas);
   }
-  const takes = [...new Set(opened.takes.map((take) => take.tracker))].slice(0, data.shown).map((tracker) => opened.take(tracker, 0, 0));
-  drawFrame(loop.canvas.getContext("2d", { alpha: false }), opened, loop.frame, image, null, takes, 2.2);
+  const runs = [...new Set(opened.runs.map((run) => run.tracker))].slice(0, data.n_looped).map((tracker) => opened.run(tracker, 0, 0));
+  drawFrame(loop.canvas.getContext("2d", { alpha: false }), opened, loop.frame, image, null, runs, 2.2);
   loop.due = Math.max(loop.due + 1000 / Math.min(opened.fps || 25, 25), now);
   loop.frame = loop.frame >= loop.last ? loop.first : loop.frame + 1;
 }

@@ -25,13 +25,13 @@ function readAddress() {
   part?.scrollIntoView();
   listeners.forEach((listener) => listener());
 }
-/** Return the selection of a link as text: `sequence=…`, or numbers, which `Page.address` writes. */
+/** Return the selection of a link as text: `sequence=…`, or numbers, which `PlayerPosition.link` writes. */
 function selectionOf(text) {
   if (!/^\d+\.\d+\./.test(text)) return text.includes("=") ? text : "";
-  const [scene, tracker, repetition, frame, start, revised, ...show] = text.split(".");
-  const more = { start: Number(start) && start, trace: Number(revised) && "revised", show: show.join(".") };
+  const [sequence, tracker, repetition, frame, start, revised, ...show] = text.split(".");
+  const more = { start: Number(start) && start, trajectory: Number(revised) && "revised", show: show.join(".") };
   const given = Object.entries(more).filter(([, value]) => value);
-  return `${new URLSearchParams({ sequence: data.scenes[scene]?.name, tracker: data.labels[tracker], repetition, frame, ...Object.fromEntries(given) })}`;
+  return `${new URLSearchParams({ sequence: data.sequences[sequence]?.name, tracker: data.labels[tracker], repetition, frame, ...Object.fromEntries(given) })}`;
 }
 
 /** Change the selection; null removes a key. With `step` the back button restores the previous selection. */
@@ -59,7 +59,7 @@ addEventListener("click", (event) => {
   event.preventDefault();
   openPlayer(selection);
 });
-const openPlayer = (selection) => choose({ tracker: null, repetition: null, start: null, trace: null, show: null, ...Object.fromEntries(new URLSearchParams(selection)) }, true);
+const openPlayer = (selection) => choose({ tracker: null, repetition: null, start: null, trajectory: null, show: null, ...Object.fromEntries(new URLSearchParams(selection)) }, true);
 
 // ---- Tables: a click on a head sorts by its column, first the largest numbers; other texts follow.
 const NUMBER = /^[[(~<>≤≥]*\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s,;%\])±–*])/i;
@@ -94,9 +94,9 @@ function sampleOf(position) {
 function ticksOf(low, high) {
   const rough = (high - low) / 8 || 1, power = 10 ** Math.floor(Math.log10(rough));
   const step = [1, 2, 2.5, 5, 10].find((digit) => digit * power >= rough) * power;  // four to eight ticks
-  const found = [];
-  for (let tick = Math.ceil(low / step - 1e-9) * step; tick <= high + 1e-9 * step; tick += step) found.push(Number(tick.toPrecision(10)));
-  return found;
+  const ticks = [];
+  for (let tick = Math.ceil(low / step - 1e-9) * step; tick <= high + 1e-9 * step; tick += step) ticks.push(Number(tick.toPrecision(10)));
+  return ticks;
 }
 
 const tip = make("div", { class: "tip", role: "status", hidden: "" });
@@ -129,7 +129,7 @@ class Plot {
     this.lines = [...svg.querySelectorAll(".curve[data-k]")].reverse().map((path) => ({
       tracker: Number(path.dataset.k), path,
       points: pointsOf(path.getAttribute("d")),
-      places: (path.dataset.places || "").split(" "),
+      positions: (path.dataset.positions || "").split(" "),
     }));
     this.hair = draw("path", { class: "hair" });
     svg.append(this.hair);
@@ -161,12 +161,12 @@ class Plot {
     showTip(`${data.trackers[this.line.tracker]}: ${this.text(y)} at ${at}`, left ?? box.left + x * scale, top ?? box.top + y * scale);
   }
   leave() { tip.hidden = true; this.hair.removeAttribute("d"); }
-  /** Open the frame of a point; a line with one place opens the frames along its abscissa. */
+  /** Open the frame of a point; a line with one position opens the frames along its abscissa. */
   open() {
-    const { places, points } = this.line;
-    const along = places.length === 1 && places[0].replace(/\d+$/, Math.round(this.xAt(points[this.index][0])));
-    const selection = selectionOf(along || places[this.index]);
-    if (selection && data.scenes.length) { this.leave(); openPlayer(selection); }
+    const { positions, points } = this.line;
+    const along = positions.length === 1 && positions[0].replace(/\d+$/, Math.round(this.xAt(points[this.index][0])));
+    const selection = selectionOf(along || positions[this.index]);
+    if (selection && data.sequences.length) { this.leave(); openPlayer(selection); }
   }
   press(event) {
     const step = { ArrowLeft: [0, -1], ArrowRight: [0, 1], Home: [0, -Infinity], End: [0, Infinity], ArrowUp: [-1, 0], ArrowDown: [1, 0] }[event.key];
@@ -222,4 +222,4 @@ addEventListener("click", async (event) => {
   button.textContent = "Copied";
   setTimeout(() => { button.textContent = "Copy"; }, 1500);
 });
-if (!data.scenes.length) readAddress();
+if (!data.sequences.length) readAddress();

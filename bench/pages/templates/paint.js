@@ -6,9 +6,9 @@ const screen = byId("screen"), pen = screen.getContext("2d", { alpha: false });
 const curvePen = byId("curve").firstChild.getContext("2d");
 
 function paint(image, map) {
-  const scale = screen.width / scene.size[0];
+  const scale = screen.width / sequence.size[0];
   pen.setTransform(1, 0, 0, 1, 0, 0);
-  const drawn = (enlarged) => drawFrame(pen, scene, frame, image, map, drawnTakes(), Math.max(1.6, screen.width / 480) / enlarged, { layers: shownLayers(), focus: focus(), rowOf });
+  const drawn = (enlarged) => drawFrame(pen, sequence, frame, image, map, drawnRuns(), Math.max(1.6, screen.width / 480) / enlarged, { layers: shownLayers(), focus: focus(), rowOf });
   drawn(1);
   const at = state.has("lens") && (pointer || middleOf(scale));
   if (at) {
@@ -29,10 +29,10 @@ function paint(image, map) {
   }
 }
 
-/** Return the centre of the true box, else that of the selected tracker; null if both boxes are missing. */
+/** Return the centre of the ground-truth box, else that of the selected tracker; null if both boxes are missing. */
 function middleOf(scale) {
-  const take = drawnTakes().find((one) => one.tracker === focus());
-  const box = scene.box(0, frame) || (take && scene.box(rowOf(take), frame));
+  const run = drawnRuns().find((one) => one.tracker === focus());
+  const box = sequence.box(0, frame) || (run && sequence.box(rowOf(run), frame));
   return box && centreOf(box).map((value) => value * scale);
 }
 
@@ -49,23 +49,23 @@ function addLines(path, lines, scale) {
   }
 }
 
-/** Return box, ellipse and contours of a row as one path; `take`: its run, undefined for the ground truth. */
-function linesOf(scene, frame, row, shapes, layers, scale, take) {
-  const path = new Path2D(), box = scene.box(row, frame);
+/** Return box, ellipse and contours of a row as one path; `run`: its run, undefined for the ground truth. */
+function linesOf(sequence, frame, row, shapes, layers, scale, run) {
+  const path = new Path2D(), box = sequence.box(row, frame);
   if (box && layers.has("boxes")) path.rect(...box.map((value) => value * scale));
-  if (box && take?.round && layers.has("contours")) {
+  if (box && run?.is_ellipse && layers.has("contours")) {
     const [x, y, width, height] = box.map((value) => value * scale / 2);
     path.moveTo(2 * x + 2 * width, 2 * y + height);
     path.ellipse(2 * x + width, 2 * y + height, width, height, 0, 0, 2 * Math.PI);
   }
   if (shapes.contours && layers.has("contours")) addLines(path, shapes.contours, scale);
-  if (shapes.masks && layers.has("masks") && !take) addLines(path, shapes.masks, scale);  // masks of runs are filled
+  if (shapes.masks && layers.has("masks") && !run) addLines(path, shapes.masks, scale);  // masks of runs are filled
   return path;
 }
 
 /** Draw a frame with the boxes of runs; `unit`: width of a thin line [px of the canvas]. */
-function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Set(["boxes"]), focus = -1, rowOf = (take) => take.row } = {}) {
-  const { width: wide, height: high } = pen.canvas, scale = wide / scene.size[0];
+function drawFrame(pen, sequence, frame, image, map, runs, unit, { layers = new Set(["boxes"]), focus = -1, rowOf = (run) => run.row } = {}) {
+  const { width: wide, height: high } = pen.canvas, scale = wide / sequence.size[0];
   if (image) pen.drawImage(image, 0, 0, wide, high);
   else {
     pen.fillStyle = "#3a3d42";
@@ -82,12 +82,12 @@ function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Se
     pen.setLineDash(dash.map((length) => length * unit));
     pen.stroke(path);
   };
-  const shapesOf = (row) => scene.shapes[row]?.[frame] || {};
-  const truth = linesOf(scene, frame, 0, shapesOf(0), layers, scale);
+  const shapesOf = (row) => sequence.shapes[row]?.[frame] || {};
+  const truth = linesOf(sequence, frame, 0, shapesOf(0), layers, scale);
   stroke(truth, "#000", 1.6);
-  for (const take of takes) {
-    const shapes = shapesOf(take.row), colour = colourOf(take.tracker);
-    const width = take.tracker === focus ? 2.6 : 1.8;
+  for (const run of runs) {
+    const shapes = shapesOf(run.row), colour = colourOf(run.tracker);
+    const width = run.tracker === focus ? 2.6 : 1.8;
     pen.fillStyle = colour;
     if (shapes.masks && layers.has("masks")) {
       const inside = new Path2D();
@@ -97,9 +97,9 @@ function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Se
       pen.globalAlpha = 1;
       stroke(inside, colour, 0.8);
     }
-    const path = linesOf(scene, frame, rowOf(take), shapes, layers, scale, take);
+    const path = linesOf(sequence, frame, rowOf(run), shapes, layers, scale, run);
     stroke(path, "#000", width + 1.2);  // a dark rim keeps the line visible on any frame
-    stroke(path, colour, width, dashOf(take.tracker));
+    stroke(path, colour, width, dashOf(run.tracker));
     if (shapes.particles && layers.has("particles")) for (const [x, y, weight] of shapes.particles) {
       const half = unit * (0.5 + 0.9 * Math.sqrt(weight));  // particles with larger weights are larger
       pen.fillRect(x * scale - half, y * scale - half, 2 * half, 2 * half);
@@ -111,17 +111,17 @@ function drawFrame(pen, scene, frame, image, map, takes, unit, { layers = new Se
 // Layout of the timeline [CSS pixels]: the curve, then a lane per tracker, then the frame numbers.
 const PLOT = { left: 30, right: 8, top: 8, height: 66, lane: 7, bottom: 16 };
 const SUCCESS = 0.5;  // smallest overlap that counts as success
-const LOST = 10;  // consecutive frames outside the true box after which the target counts as lost
+const LOST = 10;  // consecutive frames outside the ground-truth box after which the target counts as lost
 const MAX_LANES = 9;
 /** Return the position of a frame along the timeline, from 0 to 1. */
-const alongCurve = (number) => number / Math.max(1, scene.frames - 1);
+const alongCurve = (number) => number / Math.max(1, sequence.n_frames - 1);
 
 /** Return the frame from which the target is lost, or in which a failed run ends; -1 if there is none. */
-function lostFrame(take) {
-  const { out } = scene.curve(rowOf(take));
-  if (take.failure && !take.begun) return endOf(take);
-  for (let i = 0, length = 0; i < out.length; i++) {
-    length = out[i] ? length + 1 : 0;
+function lostFrame(run) {
+  const { outside } = sequence.curve(rowOf(run));
+  if (run.failure && !run.start_label) return endOf(run);
+  for (let i = 0, length = 0; i < outside.length; i++) {
+    length = outside[i] ? length + 1 : 0;
     if (length === LOST) return i - LOST + 1;
   }
   return -1;
@@ -129,17 +129,17 @@ function lostFrame(take) {
 
 /** Draw the curve of all frames and a lane per tracker. */
 function drawCurve() {
-  const lanes = drawnTakes().slice(0, MAX_LANES);
-  byId("curve").style.height = `${PLOT.top + PLOT.height + 6 + PLOT.lane * shownTakes().slice(0, MAX_LANES).length + PLOT.bottom}px`;
+  const lanes = drawnRuns().slice(0, MAX_LANES);
+  byId("curve").style.height = `${PLOT.top + PLOT.height + 6 + PLOT.lane * shownRuns().slice(0, MAX_LANES).length + PLOT.bottom}px`;
   const canvas = curvePen.canvas, ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   canvas.width = width * ratio;
   canvas.height = height * ratio;
   curvePen.scale(ratio, ratio);
   const kind = state.get("curve") === "error" ? "error" : "overlap";
-  byId("measured").textContent = `Curve: ${kind}`;
-  const curveOf = (take) => scene.curve(rowOf(take))[kind], foot = PLOT.top + PLOT.height;
-  let top = 1;  // the scale includes the other run: it does not change while Hold to see is pressed
-  if (kind === "error") for (const take of [...shownTakes(), otherTake()].filter(Boolean)) for (const value of curveOf(take)) if (value > top) top = value;
+  byId("curve-kind").textContent = `Curve: ${kind}`;
+  const curveOf = (run) => sequence.curve(rowOf(run))[kind], foot = PLOT.top + PLOT.height;
+  let top = 1;  // the scale includes the other run: it does not change while the button of the other run is held
+  if (kind === "error") for (const run of [...shownRuns(), otherRun()].filter(Boolean)) for (const value of curveOf(run)) if (value > top) top = value;
   const x = (number) => PLOT.left + alongCurve(number) * (width - PLOT.left - PLOT.right);
   const y = (value) => foot - value / top * PLOT.height;
   const inks = getComputedStyle(dialog), ink = (name) => inks.getPropertyValue(name);
@@ -153,43 +153,43 @@ function drawCurve() {
     curvePen.fillText(String(tick), PLOT.left - 5, y(tick) + 4);
   }
   curvePen.textAlign = "center";
-  for (const tick of ticksOf(0, scene.frames - 1)) if (Number.isInteger(tick)) curvePen.fillText(String(tick), x(tick), height - 3);
+  for (const tick of ticksOf(0, sequence.n_frames - 1)) if (Number.isInteger(tick)) curvePen.fillText(String(tick), x(tick), height - 3);
   curvePen.fillStyle = ink("--accent");
-  for (const number of scene.kept || []) curvePen.fillRect(x(number - 0.5), foot, Math.max(1, x(1) - x(0)), 3);
+  for (const number of sequence.frame_numbers || []) curvePen.fillRect(x(number - 0.5), foot, Math.max(1, x(1) - x(0)), 3);
   curvePen.textAlign = "start";
   curvePen.fillStyle = ink("--faint");
   curvePen.fillText(kind === "error" ? "centre error [px]" : "overlap", PLOT.left + 4, foot - 4);
-  for (const take of drawnTakes()) {
-    curvePen.strokeStyle = curvePen.fillStyle = colourOf(take.tracker);
-    curvePen.lineWidth = take.tracker === focus() ? 2.2 : 1.3;
-    curvePen.setLineDash(dashOf(take.tracker));
+  for (const run of drawnRuns()) {
+    curvePen.strokeStyle = curvePen.fillStyle = colourOf(run.tracker);
+    curvePen.lineWidth = run.tracker === focus() ? 2.2 : 1.3;
+    curvePen.setLineDash(dashOf(run.tracker));
     curvePen.beginPath();
     let down = false;
-    curveOf(take).forEach((value, i) => {
+    curveOf(run).forEach((value, i) => {
       if (!Number.isNaN(value)) curvePen[down ? "lineTo" : "moveTo"](x(i), y(value));
       down = !Number.isNaN(value);
     });
     curvePen.stroke();
     curvePen.setLineDash([]);
-    for (const mark of take.marks) {  // a triangle and a line mark a restart with the true box
+    for (const mark of run.restarts) {  // a triangle and a line mark a restart with the ground-truth box
       curvePen.fill(new Path2D(`M${x(mark) - 5},${foot}H${x(mark) + 5}L${x(mark)},${foot - 9}Z`));
       curvePen.fillRect(x(mark) - 0.5, PLOT.top, 1, foot - PLOT.top);
     }
   }
-  lanes.forEach((take, number) => drawLane(take, x, foot + 6 + number * PLOT.lane, ink));
+  lanes.forEach((run, number) => drawLane(run, x, foot + 6 + number * PLOT.lane, ink));
 }
 
-/** Draw a lane: solid for success, pale below, thin outside the true box, a cross where the target is lost. */
-function drawLane(take, x, top, ink) {
-  const { overlap, out } = scene.curve(rowOf(take)), colour = colourOf(take.tracker), wide = Math.max(1, x(1) - x(0));
+/** Draw a lane: solid for success, pale below, thin outside the ground-truth box, a cross where the target is lost. */
+function drawLane(run, x, top, ink) {
+  const { overlap, outside } = sequence.curve(rowOf(run)), colour = colourOf(run.tracker), wide = Math.max(1, x(1) - x(0));
   overlap.forEach((value, i) => {
     if (Number.isNaN(value)) return;
-    curvePen.fillStyle = out[i] ? ink("--ink") : colour;
-    curvePen.globalAlpha = out[i] || value >= SUCCESS ? 1 : 0.35;
-    curvePen.fillRect(x(i) - wide / 2, top + (out[i] ? 2 : 0), wide + 0.3, out[i] ? 1.5 : PLOT.lane - 2);
+    curvePen.fillStyle = outside[i] ? ink("--ink") : colour;
+    curvePen.globalAlpha = outside[i] || value >= SUCCESS ? 1 : 0.35;
+    curvePen.fillRect(x(i) - wide / 2, top + (outside[i] ? 2 : 0), wide + 0.3, outside[i] ? 1.5 : PLOT.lane - 2);
   });
   curvePen.globalAlpha = 1;
-  const lost = lostFrame(take);
+  const lost = lostFrame(run);
   if (lost < 0) return;
   curvePen.lineWidth = 2;
   curvePen.strokeStyle = ink("--bad");
@@ -200,20 +200,20 @@ function drawLane(take, x, top, ink) {
 // ---- Thumbnails of frames at equal distances; a click goes to a frame.
 const THUMBNAILS = 20;
 async function drawStrip() {
-  const here = scene, film = here.films.thumbnails, strip = byId("strip"), takes = drawnTakes();
-  const count = film ? Math.min(THUMBNAILS, here.frames) : 0;
+  const here = sequence, reader = here.readers.thumbnails, strip = byId("strip"), runs = drawnRuns();
+  const count = reader ? Math.min(THUMBNAILS, here.n_frames) : 0;
   if (strip.children.length !== count) strip.replaceChildren(...Array.from({ length: count }, () => make("canvas", { width: 120, height: 90 })));
   const canvases = [...strip.children];
   canvases.forEach((canvas, i) => {
-    canvas.frame = Math.round((i + 0.5) * here.frames / count - 0.5);
+    canvas.frame = Math.round((i + 0.5) * here.n_frames / count - 0.5);
     canvas.onclick = () => move(canvas.frame);
   });
   markStrip();
   for (const canvas of canvases) {
-    const image = await film.get(canvas.frame);
-    if (scene !== here) return;
+    const image = await reader.get(canvas.frame);
+    if (sequence !== here) return;
     canvas.height = Math.round(120 * here.size[1] / here.size[0]);
-    if (image) drawFrame(canvas.getContext("2d", { alpha: false }), here, canvas.frame, image, null, takes, 1.4, { rowOf });
+    if (image) drawFrame(canvas.getContext("2d", { alpha: false }), here, canvas.frame, image, null, runs, 1.4, { rowOf });
   }
 }
 function markStrip() {

@@ -56,17 +56,17 @@ class Trajectory(NamedTuple):
     observed: Array
 
 
-def trajectory(setting: Setting, frames: int, generator: np.random.Generator) -> Trajectory:
+def trajectory(setting: Setting, n_frames: int, generator: np.random.Generator) -> Trajectory:
     """Draw a bounded random trajectory: both features return to the middle, with noise."""
     start = generator.uniform(*_STARTS)
-    truth = np.empty((frames, 2))
+    truth = np.empty((n_frames, 2))
     state = start
-    for frame, steps in enumerate(generator.normal(0.0, setting.noise, (frames, 2))):
+    for frame, steps in enumerate(generator.normal(0.0, setting.noise, (n_frames, 2))):
         # (x - μ) σ + N(μ_noise, σ_noise) with μ_noise = μ
         state = (state - _MIDDLES) * DECAY + _MIDDLES + steps
         state = np.clip(state, *np.transpose([POSITIONS, COLOURS]))
         truth[frame] = state
-    return Trajectory(start, truth, truth + generator.normal(0.0, setting.observed, (frames, 2)))
+    return Trajectory(start, truth, truth + generator.normal(0.0, setting.observed, (n_frames, 2)))
 
 
 class Feature(ParticleCue):

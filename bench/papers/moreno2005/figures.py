@@ -9,14 +9,14 @@ from typing import Any, TypeAlias
 
 import numpy as np
 import pandas as pd
-from loky import ProcessPoolExecutor
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -37,7 +37,6 @@ from trackmark.bench.papers.moreno2005.stages import (
     step_of,
     true_contour,
 )
-from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip
@@ -135,10 +134,10 @@ def error_figure(context: Context) -> Figure:
 
 def step_figures(context: Context) -> dict[str, Figure]:
     """Draw Fig. 3, 5 and 6 on a frame of the leaf; Fig. 5 and 6 in both settings."""
-    ((scene,),) = scene_names(context.description, "leaf", 1)
+    scene = context.paper.first_scene("leaf")
     figures = {"figure-3": colour_model_figure(scene)}
     for setting in SETTINGS:
-        step = step_of(tracker_text(context.description, "full", setting), scene)
+        step = step_of(context.paper.spec("full", setting), scene)
         figures[f"figure-5-{setting}"] = hypotheses_figure(step, setting)
         figures[f"figure-6-{setting}"] = snake_figure(step, setting)
     return figures
@@ -146,23 +145,26 @@ def step_figures(context: Context) -> dict[str, Figure]:
 
 def film_strips(context: Context) -> dict[str, Strip]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
-    jobs = {}
+    requests = []
     for number, sequence in STRIPS.items():
-        ((scene,),) = scene_names(context.description, sequence, 1)
+        scene = context.paper.first_scene(sequence)
         trackers = ["full", *(["smooth colour"] if sequence in COMPARED else [])]
         texts = {
-            f"{tracker}, {setting}": tracker_text(context.description, tracker, setting)
+            f"{tracker}, {setting}": context.paper.spec(tracker, setting)
             for tracker in trackers
             for setting in SETTINGS
         }
-        jobs[number] = scene, texts
-    with ProcessPoolExecutor(max_workers=context.jobs) as pool:
-        futures = {number: pool.submit(_strip, number, *job) for number, job in jobs.items()}
-        return {f"figure-{number}": future.result() for number, future in futures.items()}
+        requests.append((number, scene, texts))
+    strips = map_in_workers(_strip, requests, context.jobs)
+    return {f"figure-{number}": strip for number, strip in zip(STRIPS, strips, strict=True)}
 
 
-def _strip(figure: int, scene: str, texts: Mapping[str, str]) -> Strip:
-    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting."""
+def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
+    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting.
+
+    A request has the number of the figure, the scene, and trackers by their labels.
+    """
+    figure, scene, texts = request
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}

@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import KEPT_SHARE, JudgedRun, Values, kept, measure
+from trackmark.bench.papers.measures import KEPT_SHARE, MeasuredRun, Values, kept, measure
 
 TRACKED = 0.5  # minimum J of a tracked frame
 JUMP, PATCH = "light change", "similar patch"
@@ -14,47 +14,47 @@ JUMP, PATCH = "light change", "similar patch"
 AFTER = 10  # frames after a jump
 
 
-def similarity(judged: JudgedRun) -> Values:
+def similarity(measured: MeasuredRun) -> Values:
     """Return J by frame, shape (n,); NaN in the init frame and if the target is invisible."""
-    segmentation = judged.run.segmentation
-    if judged.run.failure or segmentation is None:
-        return np.where(judged.present, 0.0, nan)
+    segmentation = measured.record.segmentation
+    if measured.record.failure or segmentation is None:
+        return np.where(measured.present, 0.0, nan)
     return np.asarray(segmentation.region_similarity, np.float64)
 
 
-def _tracked(judged: JudgedRun) -> Values:
-    values = similarity(judged)
+def _tracked(measured: MeasuredRun) -> Values:
+    values = similarity(measured)
     return np.asarray(np.isnan(values) | (values >= TRACKED), np.float64)
 
 
-SERIES = {"similarity": similarity, "tracked": _tracked}
-"""Series by frame: J, and `tracked`, which is 1 if J is 0.5 or more or undefined."""
+FRAME_VALUES = {"similarity": similarity, "tracked": _tracked}
+"""Values by frame: J, and `tracked`, which is 1 if J is 0.5 or more or undefined."""
 
 
 @measure("J")
-def mean_similarity(judged: JudgedRun) -> float:
+def mean_similarity(measured: MeasuredRun) -> float:
     """Return the mean of J over the frames in which J is defined."""
-    return float(np.nanmean(similarity(judged)))
+    return float(np.nanmean(similarity(measured)))
 
 
 @measure("share")
-def not_kept(judged: JudgedRun) -> float:
+def not_kept(measured: MeasuredRun) -> float:
     """Return 1 if the target is not kept, else 0."""
-    return 1.0 - kept(judged)
+    return 1.0 - kept(measured)
 
 
 @measure("share")
-def tracked_at_patch(judged: JudgedRun) -> float:
+def tracked_at_patch(measured: MeasuredRun) -> float:
     """Return 1 if J is 0.5 or more in 90 % of the frames in which a patch touches the target."""
-    return float(judged.on_target[_frames(judged, PATCH)].mean() >= KEPT_SHARE)
+    return float(measured.on_target[_frames(measured, PATCH)].mean() >= KEPT_SHARE)
 
 
 @measure("share")
-def lost_after_jump(judged: JudgedRun) -> float:
+def lost_after_jump(measured: MeasuredRun) -> float:
     """Return 1 if J is below 0.5 in the tenth frame after the first jump of the light, else 0."""
-    jump = int(np.flatnonzero(_frames(judged, JUMP))[0])
-    return float(not judged.on_target[jump + AFTER - 1])
+    jump = int(np.flatnonzero(_frames(measured, JUMP))[0])
+    return float(not measured.on_target[jump + AFTER - 1])
 
 
-def _frames(judged: JudgedRun, attribute: str) -> NDArray[np.bool_]:
-    return np.asarray(judged.truth.attributes[attribute], bool)
+def _frames(measured: MeasuredRun, attribute: str) -> NDArray[np.bool_]:
+    return np.asarray(measured.truth.attributes[attribute], bool)

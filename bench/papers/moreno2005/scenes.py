@@ -13,17 +13,16 @@ from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
-from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
-from trackmark.bench.papers.moreno2005.example import gain_of_dependence as gain_of_dependence
-from trackmark.bench.papers.moreno2005.example import gain_of_filtering as gain_of_filtering
-from trackmark.bench.papers.plan import tracker_text
+from trackmark.bench.papers.moreno2005.example import gain_of_dependence, gain_of_filtering
 from trackmark.datasets.interface import Image, Mask
 from trackmark.trackers.contours.mixture import fit_mixture
 from trackmark.trackers.contours.outline import fill_contour, outline
 from trackmark.trackers.contours.plane_cue import discriminant_basis
 from trackmark.trackers.contours.posterior import posterior
 from trackmark.trackers.contours.snake import refine_by_snake
+
+__all__ = ["contour_gain", "edge_gain", "gain_of_dependence", "gain_of_filtering"]
 
 Array: TypeAlias = NDArray[np.float64]
 
@@ -37,7 +36,7 @@ STRETCH, SHIFT = 0.04, 2.0  # standard deviations of a start: affine coefficient
 
 
 @measure("J")
-def contour_gain(scene: str, setting: str) -> float:
+def contour_gain(scene: str, tracker: str) -> float:
     """Return J of the contour minus J of the map in the frames of least contrast (Fig. 8).
 
     The mask of the map contains the pixels with a posterior above 1/2. Both masks are from one run
@@ -45,10 +44,9 @@ def contour_gain(scene: str, setting: str) -> float:
     distance between the mean colours of the target and of its surroundings.
     """
     sequence = datasets.load(scene)
-    text = tracker_text(read_description("moreno2005"), "full", setting)
-    (run,) = run_protocol([(parse_tracker(text), 0)], sequence, keep_arrays=True).runs
+    (run,) = run_protocol([(parse_tracker(tracker), 0)], sequence, keep_arrays=True).runs
     if run.failure:
-        raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
+        raise datasets.SequenceError(f"{scene}: {tracker} failed: {run.failure.splitlines()[0]}")
     rows = []
     for frame, arrays in run.arrays.items():
         truth = sequence.mask(frame)

@@ -21,8 +21,8 @@ from trackmark.bench.papers.moreno2005.colour_plots import (
     colour_model_plot,
     hypotheses_plot,
 )
+from trackmark.bench.papers.plots import Panel, map_plot
 from trackmark.datasets.interface import Image, Mask
-from trackmark.reports.figures import Panel, map_plot
 from trackmark.trackers.base.interface import Estimate
 from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.contours.chain import Chain, Hypotheses

@@ -4,11 +4,9 @@ from functools import partial
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.criteria.margins import right_choice as share_of_right_choices
-from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
+from trackmark.bench.papers.multipart.first_frame import right_choice_rate
 from trackmark.bench.papers.multipart.measures import PERSON
-from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
 from trackmark.datasets.spec_string import parse_text
@@ -17,38 +15,36 @@ from trackmark.trackers.histograms.bins import LuvBins
 
 
 @measure("share")
-def right_choice(scene: str, setting: str) -> float:
+def right_choice(scene: str, tracker: str) -> float:
     """Return 1 if Eq. 7 selects the right representation for most jittered rectangles, else 0.
 
     The right representation has two parts for a two-coloured target and one part for a plain one.
     """
     sequence = datasets.load(scene)
-    number = parse_text(scene)[0].rpartition("/")[2]
+    name = parse_text(scene)[0].rpartition("/")[2]
     first = sequence.first_frame
-    share = share_of_right_choices(
+    share = right_choice_rate(
         sequence[first],
         sequence.regions[PERSON][first],
-        DESIGNS[number].two_coloured,
-        bins_of(setting),
+        DESIGNS[name].two_coloured,
+        _histogram_bins(tracker),
     )
     return float(share > 0.5)
 
 
-def bins_of(setting: str) -> LuvBins:
-    """Return the histogram bins of a setting."""
-    text = tracker_text(read_description("multipart"), "proposed", setting)
-    parameters = parse_tracker(text).parameters
+def _histogram_bins(tracker: str) -> LuvBins:
+    """Return the histogram bins of a tracker."""
+    parameters = parse_tracker(tracker).parameters
     return LuvBins(parameters["binning"], parameters["uv_range"])
 
 
 def _right_choices(context: Context, setting: str, *, two_coloured: bool) -> str:
     """Return in how many scenes with such targets the representation is right, as text."""
-    values: list[float] = []
-    for number, design in DESIGNS.items():
+    values, tracker = list[float](), context.paper.spec("proposed", setting)
+    for name, design in DESIGNS.items():
         if design.two_coloured == two_coloured:
-            named = scene_names(context.description, number, context.scenes)
-            scenes = [scene for (scene,) in named]
-            values += [*scene_values(right_choice, scenes, setting, context.folder, context.jobs)]
+            scenes = [scene for (scene,) in context.paper.sequences[name].scenes(context.n_scenes)]
+            values += [*scene_values(right_choice, scenes, [tracker], context.folder, context.jobs)]
     return f"{sum(values):.0f} of {len(values)}"
 
 

@@ -5,8 +5,8 @@ from functools import partial
 
 import numpy as np
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
@@ -55,7 +55,7 @@ def histograms(texts: Mapping[str, str]) -> Methods:
 @measure()
 def multi_over_single(context: Context, setting: str) -> Pairs:
     """Return times of two-part and single histograms."""
-    tracker = [*context.description.trackers][:1]  # all trackers have the same bins
+    tracker = [*context.paper.trackers][:1]  # all trackers have the same bins
     times = kept_times(context, histograms, setting, tracker, [SEQUENCE], FRAMES)[SEQUENCE]
     return [(times["multi"], times["single"])]
 
@@ -68,10 +68,10 @@ def time_table(context: Context) -> Table:
         ["two parts", MISSING, *(milliseconds(multi) for multi, _ in pairs)],
         ["difference", "10", *(milliseconds(multi - single) for multi, single in pairs)],
     ]
-    heads = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    headings = ["histograms", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
         "Time to compute the histograms of a frame, section 3. Our times are those of one "
         "NumPy call per region, the median of 12 rounds on sequence 1. Times on different "
         "machines cannot be compared."
     )
-    return text_table("times", caption, heads, rows, 1)
+    return text_table("times", caption, headings, rows, 1)

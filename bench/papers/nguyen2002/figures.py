@@ -6,10 +6,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nguyen2002.events import hidden_in
 from trackmark.bench.papers.nguyen2002.measures import SWITCH
-from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.overlay import TRUTH, film_strip
@@ -20,16 +19,18 @@ FEATURES = ("c1c2c3", "intensity", "RGB")
 
 def strips(context: Context) -> NDArray[np.uint8] | None:
     """Draw frames of the first scene, one row per kind of features and setting."""
-    ((scene,),) = scene_names(context.description, "lights", 1)
+    scene = context.paper.first_scene("lights")
     image_of = cache(datasets.load(scene).__getitem__)  # all rows show the same frames
     rows = []
     for features in FEATURES:
         for setting in SETTINGS:
-            text = tracker_text(context.description, features, setting)
-            for judged in context.runs.judged_runs(text, scene)[:1]:
-                frames = chosen_frames(judged.truth)
-                boxes = {TRUTH: judged.truth.boxes}
-                boxes |= {trace: judged.in_trace(trace).boxes for trace in ("online", "revised")}
+            text = context.paper.spec(features, setting)
+            for measured in context.runs.measured_runs(text, scene)[:1]:
+                frames = chosen_frames(measured.truth)
+                boxes = {TRUTH: measured.truth.boxes}
+                boxes |= {
+                    name: measured.in_trajectory(name).boxes for name in ("online", "revised")
+                }
                 title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
                 rows.append(
                     film_strip(image_of, list(frames), boxes, title, len(frames), words=frames)

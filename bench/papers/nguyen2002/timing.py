@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
@@ -17,7 +17,7 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
 
     The clip has an occlusion, after which the tracker processes all hidden frames again.
     """
-    names = [*context.description.trackers]
+    names = [*context.paper.trackers]
     times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]
     return {name: times[name] for name in names}
 
@@ -36,10 +36,10 @@ def time_table(context: Context) -> Table:
         [name, "5", *(milliseconds(setting_times[name]) for setting_times in times)]
         for name in times[0]
     ]
-    heads = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
+    headings = ["features", "paper [ms]", "as written [ms]", "recommended [ms]"]
     caption = (
         "Time per frame, section 3. Our times are those of a whole clip, divided by its "
         "number of frames, the median of 12 rounds. The paper used a Pentium II with 400 MHz. "
         "Times on different machines cannot be compared."
     )
-    return text_table("times", caption, heads, rows, 1)
+    return text_table("times", caption, headings, rows, 1)

@@ -4,17 +4,16 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from trackmark import datasets
-from trackmark.bench.claims.row_verdicts import SETTINGS
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
-    Surface,
+    SurfaceGrid,
     Track,
     appearance_plot,
     surface_plot,
     trajectory_plot,
 )
 from trackmark.bench.papers.nummiaro2003.scenes import surfaces
-from trackmark.bench.papers.plan import scene_names, tracker_text
 from trackmark.bench.papers.runs import Context
 
 EVERY = 25  # distance of the ellipses in Fig. 4 [frames]
@@ -22,13 +21,13 @@ EVERY = 25  # distance of the ellipses in Fig. 4 [frames]
 
 def surface(context: Context) -> dict[str, Figure]:
     """Draw Fig. 2 in both settings: samples, mean state, and ρ around the target."""
-    ((scene,),) = scene_names(context.description, "person", 1)
+    scene = context.paper.first_scene("person")
     figures = {}
     for setting in SETTINGS:
-        last = surfaces(scene, setting, 1)[-1]
+        last = surfaces(scene, context.paper.spec("no model update", setting), 1)[-1]
         left, top = last.places.min(axis=0)
         columns = len(np.unique(last.places[:, 0]))
-        values = Surface(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
+        values = SurfaceGrid(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
         title = (
             f"Fig. 2, {setting}, {scene}, frame {last.frame}: samples (black), their mean (white), "
             "and the Bhattacharyya coefficient around the target"
@@ -43,14 +42,14 @@ def trajectories(context: Context) -> dict[str, Figure]:
     """Draw Fig. 4 in both settings: the trajectory of the mean state on the first scene."""
     figures = {}
     for setting in SETTINGS:
-        text = tracker_text(context.description, "adaptive", setting)
+        text = context.paper.spec("adaptive", setting)
         tracks = []
         for sequence in ("person", "car"):
-            ((scene,),) = scene_names(context.description, sequence, 1)
-            for judged in context.runs.judged_runs(text, scene)[:1]:
-                last = int(np.flatnonzero(judged.present)[-1])
+            scene = context.paper.first_scene(sequence)
+            for measured in context.runs.measured_runs(text, scene)[:1]:
+                last = int(np.flatnonzero(measured.present)[-1])
                 image = datasets.load(scene)[last]
-                tracks.append(Track(image, scene, judged.boxes, judged.truth.boxes))
+                tracks.append(Track(image, scene, measured.boxes, measured.truth.boxes))
         title = (
             f"Fig. 4, {setting}: path of the mean state, its ellipse every {EVERY} frames, and "
             "path of the target (dashed)"
@@ -62,18 +61,18 @@ def trajectories(context: Context) -> dict[str, Figure]:
 
 def appearances(context: Context) -> dict[str, Figure]:
     """Draw Fig. 7 in both settings: number of positive samples by frame on the first scene."""
-    ((scene,),) = scene_names(context.description, "students", 1)
+    scene = context.paper.first_scene("students")
     figures = {}
     for setting in SETTINGS:
-        text = tracker_text(context.description, "no model update", setting)
-        judged_runs = context.runs.judged_runs(text, scene)
-        if not judged_runs:
+        text = context.paper.spec("no model update", setting)
+        measured_runs = context.runs.measured_runs(text, scene)
+        if not measured_runs:
             continue
-        parameters = judged_runs[0].run.identity.parameters
-        visible = np.where(judged_runs[0].present, judged_runs[0].truth.visibility, 0.0)
+        parameters = measured_runs[0].record.identity.parameters
+        visible = np.where(measured_runs[0].present, measured_runs[0].truth.visibility, 0.0)
         figures[f"figure-7-{setting}"] = appearance_plot(
-            np.stack([judged.detail("positive_appearances") for judged in judged_runs]),
-            np.stack([judged.detail("mode") for judged in judged_runs]),
+            np.stack([measured.detail("positive_appearances") for measured in measured_runs]),
+            np.stack([measured.detail("mode") for measured in measured_runs]),
             f"Fig. 7, {setting}, {scene}: samples that fulfil the appearance condition",
             float(parameters["kick_off"]) * float(parameters["particles"]),
             {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import JudgedRun, Values, measure
+from trackmark.bench.papers.measures import MeasuredRun, Values, measure
 
 HIDDEN = 0.5  # visible share below which the target is hidden
 GONE = 0.1  # visible share below which the target is hidden completely
@@ -21,101 +21,97 @@ class Hiding(NamedTuple):
 
     first: int
     stop: int
-    complete: bool
+    is_complete: bool
 
 
-def _size_error(judged: JudgedRun) -> Values:
-    return np.asarray(np.abs(judged.boxes[:, 2] / judged.truth.boxes[:, 2] - 1))
+def _size_error(measured: MeasuredRun) -> Values:
+    return np.asarray(np.abs(measured.boxes[:, 2] / measured.truth.boxes[:, 2] - 1))
 
 
-SERIES = {
-    "half_width": lambda judged: judged.boxes[:, 2] / 2,
-    "true_half_width": lambda judged: judged.truth.boxes[:, 2] / 2,
-    "size_error": _size_error,
-}
-"""Series by frame: Hx of the estimate and of the ground truth [px], and the relative error of
-Hx.
-"""
+FRAME_VALUES = {"size_error": _size_error}
+"""Values by frame: relative error of Hx."""
 
 
 @measure("of Hx", lower_is_better=True)
-def size_error(judged: JudgedRun) -> float:
+def size_error(measured: MeasuredRun) -> float:
     """Return the mean relative error of Hx; the error is 1 in frames without an estimate."""
-    return float(np.nan_to_num(_size_error(judged), nan=1.0)[judged.present].mean())
+    return float(np.nan_to_num(_size_error(measured), nan=1.0)[measured.present].mean())
 
 
 @measure("share")
-def on_target_at_end(judged: JudgedRun) -> float:
+def on_target_at_end(measured: MeasuredRun) -> float:
     """Return the share of the last 20 frames in view in which the target is tracked."""
-    clear = np.flatnonzero(judged.present & (judged.truth.visibility > CLEAR))
-    return float(judged.on_target[clear[-END:]].mean())
+    clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))
+    return float(measured.on_target[clear[-END:]].mean())
 
 
 @measure("share")
-def initialises_behind_tree(judged: JudgedRun) -> float:
+def initialises_behind_tree(measured: MeasuredRun) -> float:
     """Return 1 if the tracker re-initialises behind the tree and tracks afterwards, else 0.
 
     During the first complete occlusion, fewer than b N samples are positive and the tracker starts
     its initialisation. It tracks the target 30 frames after the target is visible again.
     """
-    tree = next((hiding for hiding in hidings(judged) if hiding.complete), None)
-    if tree is None or judged.run.failure:
+    tree = next((hiding for hiding in hidings(measured) if hiding.is_complete), None)
+    if tree is None or measured.record.failure:
         return 0.0
     gone = np.arange(tree.first, tree.stop)
-    gone = gone[judged.truth.visibility[gone] < GONE]
-    tracks = judged.detail("mode") > 0
-    clear = np.flatnonzero(judged.truth.visibility > CLEAR)
+    gone = gone[measured.truth.visibility[gone] < GONE]
+    tracks = measured.detail("mode") > 0
+    clear = np.flatnonzero(measured.truth.visibility > CLEAR)
     back = int(clear[clear >= tree.stop][0])
     initialises = bool((~tracks[gone]).any())
-    return float(few_positive(judged)[gone].any() and initialises and tracks[back + RECOVERY])
+    return float(few_positive(measured)[gone].any() and initialises and tracks[back + RECOVERY])
 
 
 @measure("share")
-def bridges_short_occlusions(judged: JudgedRun) -> float:
+def bridges_short_occlusions(measured: MeasuredRun) -> float:
     """Return 1 if every short occlusion is bridged without initialisation, else 0.
 
     The target is tracked ten frames after an occlusion, and the tracker does not initialise before.
     Occlusions of a target that is already lost do not count. The result is NaN if none counts.
     """
-    tracks = judged.detail("mode") > 0
+    tracks = measured.detail("mode") > 0
     counted = [
         hiding
-        for hiding in hidings(judged)
-        if not hiding.complete and judged.on_target[hiding.first - 1] and tracks[hiding.first - 1]
+        for hiding in hidings(measured)
+        if not hiding.is_complete
+        and measured.on_target[hiding.first - 1]
+        and tracks[hiding.first - 1]
     ]
     if not counted:
         return nan
-    last = len(judged.on_target) - 1
+    last = len(measured.on_target) - 1
     ends = [min(hiding.stop + BRIDGE, last) for hiding in counted]
     return float(
         all(
-            judged.on_target[end] and tracks[hiding.first : end + 1].all()
+            measured.on_target[end] and tracks[hiding.first : end + 1].all()
             for hiding, end in zip(counted, ends, strict=True)
         )
     )
 
 
 @measure("share")
-def count_falls_at_exit(judged: JudgedRun) -> float:
+def count_falls_at_exit(measured: MeasuredRun) -> float:
     """Return 1 if `few_positive` is true within ten frames after the target leaves, else 0."""
-    left = int(np.flatnonzero(judged.present)[-1]) + 1
-    return float(few_positive(judged)[left : left + BRIDGE + 1].any())
+    left = int(np.flatnonzero(measured.present)[-1]) + 1
+    return float(few_positive(measured)[left : left + BRIDGE + 1].any())
 
 
-def few_positive(judged: JudgedRun) -> NDArray[np.bool_]:
+def few_positive(measured: MeasuredRun) -> NDArray[np.bool_]:
     """Return in which frames fewer than b N samples meet the appearance condition, shape (n,).
 
     N is the number of samples, and b is the parameter `kick_off`.
     """
-    parameters = judged.run.identity.parameters
+    parameters = measured.record.identity.parameters
     threshold = float(parameters["kick_off"]) * float(parameters["particles"])
-    return np.asarray(judged.detail("positive_appearances") < threshold)
+    return np.asarray(measured.detail("positive_appearances") < threshold)
 
 
-def hidings(judged: JudgedRun) -> list[Hiding]:
+def hidings(measured: MeasuredRun) -> list[Hiding]:
     """Return the occlusions of the target in order, without its exit from the view."""
-    visible = np.where(judged.present, judged.truth.visibility, 0.0)
-    frames = np.flatnonzero(judged.present)
+    visible = np.where(measured.present, measured.truth.visibility, 0.0)
+    frames = np.flatnonzero(measured.present)
     first, stop = int(frames[0]), int(frames[-1]) + 1
     hidden = np.flatnonzero(visible[first:stop] < HIDDEN) + first
     times = np.split(hidden, np.flatnonzero(np.diff(hidden) > 1) + 1)

@@ -13,6 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from trackmark.bench.papers.plots import QUARTILES, draw_median
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
@@ -21,7 +22,6 @@ from trackmark.reports.figures import (
     outline_effect,
 )
 from trackmark.reports.palette import colour
-from trackmark.reports.plots import QUARTILES, draw_median
 
 Array = NDArray[np.float64]
 
@@ -32,7 +32,7 @@ _SHOWN = 2.0  # margin of the image next to a surface [longer half axes of the m
 
 
 @dataclass(frozen=True)
-class Surface:
+class SurfaceGrid:
     """Function of the position on a grid with a spacing of one pixel."""
 
     left: float  # position of the first value [px]
@@ -61,7 +61,7 @@ class Track:
 
 
 def surface_plot(
-    image: NDArray[np.uint8], samples: Array, mean: Array, surface: Surface, title: str
+    image: NDArray[np.uint8], samples: Array, mean: Array, surface: SurfaceGrid, title: str
 ) -> Figure:
     """Draw samples and their mean on the image, and on the surface of their weights.
 

@@ -8,9 +8,7 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.description import read_description
 from trackmark.bench.papers.measures import measure
-from trackmark.bench.papers.plan import tracker_text
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import bhattacharyya_coefficients
@@ -26,7 +24,7 @@ Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
-class Surface:
+class CoefficientSurface:
     """ρ around the target in a frame."""
 
     frame: int  # from 0
@@ -43,38 +41,39 @@ class Surface:
 
 
 @measure("share")
-def mean_state_at_maximum(scene: str, setting: str) -> float:
+def mean_state_at_maximum(scene: str, tracker: str) -> float:
     """Return 1 if the median distance of the mean state from the maximum of ρ is at most Hx / 4.
 
     Source: Fig. 2. The tracker has no model update; frames show all of the target.
     """
-    frame_surfaces = surfaces(scene, setting, FRAMES)
+    frame_surfaces = surfaces(scene, tracker, FRAMES)
     half_width = float(np.median([surface.mean[2] for surface in frame_surfaces]))
     return float(np.median([surface.distance for surface in frame_surfaces]) <= NEAR * half_width)
 
 
-def surfaces(scene: str, setting: str, most: int) -> list[Surface]:
-    """Return the surfaces of ρ in up to `most` clear frames of a run of the tracker."""
+def surfaces(scene: str, tracker: str, n_frames: int) -> list[CoefficientSurface]:
+    """Return the surfaces of ρ in up to `n_frames` clear frames of a run of the tracker."""
     sequence = datasets.load(scene)
     first = sequence.first_frame
     part = sequence[: first + RUN]
-    text = tracker_text(read_description("nummiaro2003"), "no model update", setting)
-    (run,) = run_protocol([(parse_tracker(text), 0)], part, keep_arrays=True).runs
+    (run,) = run_protocol([(parse_tracker(tracker), 0)], part, keep_arrays=True).runs
     if run.failure:
-        raise datasets.SequenceError(f"{scene}: {text} failed: {run.failure.splitlines()[0]}")
+        raise datasets.SequenceError(f"{scene}: {tracker} failed: {run.failure.splitlines()[0]}")
     ellipses = EllipseHistograms(JointBins(), "isotropic")
     every = np.arange(ellipses.colours.n_bins)
     start = ellipse_in(part.boxes[first])
     counted = ellipses.counts(SharedFrame(part[first]), _states(start[np.newaxis]), every)
     model, bins = counted.counts[0] / counted.totals[0], np.flatnonzero(counted.counts[0])
     surfaces_found = []
-    for frame in _clear_frames(part, most):
+    for frame in _clear_frames(part, n_frames):
         mean = ellipse_in(run.boxes[frame])
         places = _grid(ellipse_in(part.boxes[frame]), mean[2:])
         counts = ellipses.counts(SharedFrame(part[frame]), _states(places), bins)
         values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
-        surfaces_found.append(Surface(frame, part[frame], places[:, :2], values, mean, samples))
+        surfaces_found.append(
+            CoefficientSurface(frame, part[frame], places[:, :2], values, mean, samples)
+        )
     return surfaces_found
 
 
@@ -83,10 +82,10 @@ def ellipse_in(box: Array) -> Array:
     return np.concatenate([box[:2] + box[2:] / 2, box[2:] / 2])
 
 
-def _clear_frames(sequence: datasets.Sequence, most: int) -> list[int]:
+def _clear_frames(sequence: datasets.Sequence, n_frames: int) -> list[int]:
     clear = np.flatnonzero(sequence.present & (sequence.visibility >= CLEAR))
     clear = clear[clear > sequence.first_frame]
-    indices = np.linspace(0, len(clear) - 1, min(most, len(clear))).round().astype(int)
+    indices = np.linspace(0, len(clear) - 1, min(n_frames, len(clear))).round().astype(int)
     return [int(frame) for frame in clear[indices]]
 
 

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from numba import njit
 
-from trackmark.bench.claims.row_verdicts import SETTINGS
 from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.runs import Context
@@ -69,7 +69,7 @@ class _PlainWeighting(PlainFilter):
         self.weigh(self.codes(image))
 
 
-class _Clock:
+class _ClockFrequency:
     """Dependent operations of one cycle each, whose time gives the clock frequency of the core."""
 
     def init(self, *_: object) -> None:
@@ -89,16 +89,18 @@ def _chain(state: Any, steps: int) -> Any:
     return state
 
 
-def plain(texts: Mapping[str, str]) -> Methods:
+def plain_methods(texts: Mapping[str, str]) -> Methods:
     """Return the filter in NumPy, a variant that weights twice, and a measurement of the clock."""
     (text,) = texts.values()
     options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}
     seed = np.random.SeedSequence(0)
-    return {k: partial(kind, seed, **options) for k, kind in filters.items()} | {"clock": _Clock}
+    return {k: partial(kind, seed, **options) for k, kind in filters.items()} | {
+        "clock": _ClockFrequency
+    }
 
 
-def compiled(texts: Mapping[str, str]) -> Methods:
+def compiled_methods(texts: Mapping[str, str]) -> Methods:
     """Return the compiled tracker, and a variant that weights its samples twice."""
     (text,) = texts.values()
     make = partial(parse_tracker(text).make, np.random.SeedSequence(0))
@@ -126,7 +128,7 @@ def _weighting(times: Mapping[str, Values]) -> tuple[Values, Values]:
 @measure("ms")
 def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
     """Return the time per frame at 800 MHz of the plain filter, on the slower sequence."""
-    times = _times(context, setting, plain).values()
+    times = _times(context, setting, plain_methods).values()
     slower = 1e3 * max(map(_at_800_mhz, times), key=np.mean)
     return [(slower, slower)]
 
@@ -134,35 +136,37 @@ def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
 @measure()
 def car_over_person(context: Context, setting: str) -> Pairs:
     """Return the times of car and person."""
-    times = _times(context, setting, compiled)
+    times = _times(context, setting, compiled_methods)
     return [(times["car"]["once"], times["person"]["once"])]
 
 
 @measure()
 def weighting_over_rest(context: Context, setting: str) -> Pairs:
     """Return the times of weighting and of the rest of an update, on the person."""
-    return [_weighting(_times(context, setting, compiled)["person"])]
+    return [_weighting(_times(context, setting, compiled_methods)["person"])]
 
 
 def time_table(context: Context) -> Table:
     """Return the table of times: both sequences in both settings."""
     rows = []
     for setting in SETTINGS:
-        slow, fast = (_times(context, setting, methods) for methods in (plain, compiled))
+        slow, fast = (
+            _times(context, setting, methods) for methods in (plain_methods, compiled_methods)
+        )
         for name in SEQUENCES:
             times = slow[name]["once"], _at_800_mhz(slow[name]), fast[name]["once"]
             parts = [
                 _weighting(times_of[name])[0] / times_of[name]["once"] for times_of in (slow, fast)
             ]
             shares = [f"{100 * float(np.median(part)):.0f} %" for part in parts]
-            label = [name, setting.replace("-", " "), "real time at 800 MHz"]
+            label = [name, SETTING_LABELS[setting], "real time at 800 MHz"]
             rows.append([*label, *map(milliseconds, times), *shares])
-    heads = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]
-    heads += ["compiled [ms]", "weighting, NumPy", "weighting, compiled"]
+    headings = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]
+    headings += ["compiled [ms]", "weighting, NumPy", "weighting, compiled"]
     caption = (
         "Time per frame with 100 samples, Fig. 5 (its values are not in the text). Our times "
         "are the median of 12 rounds. The column for 800 MHz assumes the same number of "
         "cycles at 800 MHz; the paper's processor needs more cycles for the same work. The last "
         "columns show the share of the time that weighting takes."
     )
-    return text_table("times", caption, heads, rows, 2)
+    return text_table("times", caption, headings, rows, 2)

@@ -3,17 +3,16 @@
 from matplotlib.figure import Figure
 
 from trackmark import datasets
-from trackmark.bench.papers.plan import scene_names
+from trackmark.bench.papers.plots import Panel, map_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
-from trackmark.reports.figures import Panel, map_plot
 
 FRAME = 12  # second frame of the figure, counted from 1
 
 
 def maps(context: Context) -> Figure:
     """Draw two frames, and the maps of the second frame with the ground-truth box."""
-    ((scene,),) = scene_names(context.description, "table-tennis", 1)
+    scene = context.paper.first_scene("table-tennis")
     sequence = datasets.load(scene)
     tracker = PlainImprovedCamShift()
     tracker.init(sequence[0], sequence.boxes[0])

@@ -219,5 +219,5 @@ class PlainWang2010(PlainParticleFilter):
             mean_shift(self.maps.joint, x, y, *self._window, *self._limits)
             for x, y in predicted.tolist()
         )
-        results = np.array(list(shifted))
-        return results[:, :2], results[:, 3], float(results[:, 2].mean())
+        moved = np.array(list(shifted))
+        return moved[:, :2], moved[:, 3], float(moved[:, 2].mean())

@@ -193,14 +193,14 @@ def local_difference(image: Image, previous: Image, window: int = 5) -> Whole:
     return np.asarray(np.sum([across[top : top + rows] for top in range(window)], axis=0))
 
 
-def threshold(difference: Whole | Array, factor: float = 2.0) -> float:
+def motion_threshold(difference: Whole | Array, factor: float = 2.0) -> float:
     """Return T = mean + λ · standard deviation over the whole image."""
     return float(difference.mean() + factor * difference.std())
 
 
 def moving(difference: Whole | Array, factor: float = 2.0) -> Mask:
     """Return B: pixels whose difference is above the threshold."""
-    return np.asarray(difference > threshold(difference, factor))
+    return np.asarray(difference > motion_threshold(difference, factor))
 
 
 def joint_map(colour: Array, moving: Mask, beta: float = 0.8) -> Array:

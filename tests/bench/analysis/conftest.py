@@ -1,8 +1,16 @@
-"""Data frames of runs, as `load_runs` returns them."""
+"""Data frames of runs, as `Runs.scored` returns them."""
 
 import numpy as np
 import pandas as pd
 import pytest
+
+from trackmark.bench.analysis.comparison import compare_trackers
+
+
+def compare(runs, *arguments, **options):
+    """Compare the trackers of a data frame of one-pass runs and timing runs."""
+    is_timed = runs["protocol"] == "timing"
+    return compare_trackers(runs[~is_timed], runs[is_timed], *arguments, **options)
 
 
 @pytest.fixture
@@ -14,7 +22,7 @@ def make_runs():
                 "tracker": tracker,
                 "sequence": names[sequence],
                 "repetition": repetition,
-                "protocol": "accuracy",
+                "protocol": "one-pass",
                 "status": "finished",
                 "failure": "",
                 "mean_overlap": score,

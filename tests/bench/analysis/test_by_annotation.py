@@ -5,7 +5,8 @@ import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows
 from trackmark.bench.analysis.by_annotation import annotation_reports
-from trackmark.bench.analysis.by_metrics import preset_report
+from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.store.runs import Runs
 
 ATTRIBUTES = {"one": "OCC, SV", "two": "OCC", "three": "SV, FM"}
 
@@ -24,7 +25,7 @@ def tagged(workspace, otb):
 @pytest.mark.slow
 def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, tagged):
     trackmark("run", "--trackers", "static,camshift", "--sequences", tagged, "--name", "tagged")
-    trackmark("report", "results/tagged", "--by-attribute", "--folder", "paper")
+    trackmark("report", "results/tagged", "--by-attribute", "--output", "paper")
     assert_tables_have_rows(workspace / "paper")
     table = pd.read_csv(workspace / "paper" / "annotated-native.csv")
     rows = pd.read_csv(workspace / "paper" / "sequences.csv")
@@ -41,7 +42,7 @@ def test_scores_without_finite_value_have_neither_rows_nor_plot(trackmark, works
     folder = otb(workspace / "short" / "one", 12)
     (folder / "attrs.txt").write_text("OCC, SV, FM")
     trackmark("run", "--trackers", "static", "--sequences", "short", "--name", "short")
-    arguments = "--by-attribute", "--metrics", "vot", "--folder", "paper"
+    arguments = "--by-attribute", "--metrics", "vot", "--output", "paper"
     text = trackmark("report", "results/short", *arguments).stdout
     assert "The table is empty: no tracker has a finite EAO on these sequences." in text
     assert not list((workspace / "paper").glob("annotated-*.png"))
@@ -51,8 +52,8 @@ def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace
     run = ("run", "--trackers", "static", "--protocol", "supervised", "--name")
     trackmark(*run, "whole", "--sequences", tagged)
     trackmark(*run, "part", "--sequences", "tagged/one,tagged/two")
-    (report,) = annotation_reports(workspace / "results" / "whole", ["native"])
-    assert report.heads == ["FM (1)", "OCC (2)", "SV (2)"]
-    (part,) = preset_report(workspace / "results" / "part", ["native"]).scored
+    (report,) = annotation_reports(Runs.open(workspace / "results" / "whole"), ["native"])
+    assert report.headings == ["FM (1)", "OCC (2)", "SV (2)"]
+    (part,) = metric_tables(Runs.open(workspace / "results" / "part"), ["native"]).with_curves
     scores = part.table.data.set_index(["sequence", "measure"])["mean"]
     assert report.scores["static"][1] == pytest.approx(scores["all sequences", "eao"])

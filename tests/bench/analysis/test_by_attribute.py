@@ -9,11 +9,11 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.stats import spearmanr
 
+from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_attribute import (
     attribute_curves,
     attribute_table,
     bins_of,
-    plot_attributes,
 )
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.correlation import rank_correlation
@@ -102,4 +102,4 @@ def test_plot_has_a_panel_per_attribute(n):
     figure = plot_attributes(curves, OVERLAP, "title")
     labels = [axes.get_xlabel() for axes in figure.axes if axes.get_visible()]
     names = dict.fromkeys(entry.attribute for entry in curves)
-    assert labels == [attributes.find(name).head for name in names]
+    assert labels == [attributes.find(name).heading for name in names]

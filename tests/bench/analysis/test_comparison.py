@@ -8,12 +8,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparable_runs import (
     AllFailedError,
     ComparisonError,
     compared_measure,
 )
-from trackmark.bench.analysis.comparison import compare, parts_of
+from trackmark.bench.analysis.comparison import parts_of
 from trackmark.bench.analysis.comparison_figures import write_differences
 from trackmark.bench.analysis.comparison_tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.analysis.decisions import answer_of
@@ -21,7 +22,7 @@ from trackmark.bench.analysis.families import Families, read_families
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide, p_value
-from trackmark.reports.plots import SurvivalCurve, breaking_plot
+from trackmark.bench.stress.breaking_plot import SurvivalCurve, breaking_plot
 from trackmark.reports.renderers import to_csv
 
 OVERLAP = SUMMARY[0]
@@ -50,7 +51,7 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     assert pair.differences == pytest.approx(differences)
     assert pair.interval == pytest.approx(mean_interval(differences))
     assert (pair.answer.label, pair.wins) == ("better", 10)
-    assert [standing.contender for standing in comparison.standings] == [True, False]
+    assert [standing.is_unbeaten for standing in comparison.standings] == [True, False]
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
     assert (first.ms_per_frame, first.fps) == (pytest.approx(2.0), pytest.approx(500))
@@ -109,7 +110,7 @@ def test_stars_follow_from_the_printed_answers(make_runs, against):
         for pair in comparison.pairs
         if pair.answer.label in ("better", "worse")
     }
-    stars = {standing.tracker for standing in comparison.standings if standing.contender}
+    stars = {standing.tracker for standing in comparison.standings if standing.is_unbeaten}
     assert losers == ({"a", "d"} if against else {"d"})
     assert stars == {"a", "b", "c", "d"} - losers
     note = "*: no other tracker is better" + (", in the pairs with b" if against else "")

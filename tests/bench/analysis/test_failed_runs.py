@@ -10,11 +10,10 @@ import pytest
 from tests.bench.conftest import KNOB_TRACKER
 from trackmark import datasets
 from trackmark.bench import metrics
-from trackmark.bench.analysis.by_metrics import preset_report
-from trackmark.bench.analysis.failed_runs import failed_runs, judge_failed, with_worst_scores
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.analysis.failed_runs import failed_runs
+from trackmark.bench.evaluation.outcomes import worst_result
+from trackmark.bench.store.runs import Runs
 
 N_FRAMES = 15
 
@@ -29,62 +28,60 @@ def stored(tmp_path_factory, run_trial):
         statement = f"{condition}raise ValueError('empty')\n        return Estimate"
         (folder / f"{name}.py").write_text(KNOB_TRACKER.replace("return Estimate", statement))
     trackers = ("static", f"{folder / 'partly.py'}", f"{folder / 'broken.py'}")
-    return run_trial(folder, trackers, sequences)
+    return Runs.open(run_trial(folder, trackers, sequences))
 
 
-def failed_run(folder, runs):
-    row = runs[runs["status"] == "failed"].iloc[0]
-    key = row["tracker"], row["sequence"], int(row["repetition"]), row["protocol"]
-    run = Results(folder).read(key)
-    return run, read_truth(folder, row["sequence"], row["fingerprint"])
+def failed_run(runs):
+    rows = [row for row in runs.evaluated_rows() if row["status"] == "failed"]
+    _, run, truth = next(runs.read(rows))
+    return run, truth
 
 
 def test_failed_runs_have_the_worst_native_scores(stored):
-    runs = load_runs(stored)
-    filled = with_worst_scores(stored, runs)
+    filled = stored.scored("native")
     failed = filled[filled["status"] == "failed"].iloc[0]
-    assert failed[["mean_overlap", "success_share", "inside_share"]].tolist() == [0, 0, 0]
+    assert failed[["mean_overlap", "success_rate", "inside_rate"]].tolist() == [0, 0, 0]
     assert failed["first_loss"] == 1
-    _, truth = failed_run(stored, runs)
+    _, truth = failed_run(stored)
     diagonal = hypot(*truth.image_size)
     errors = ["centre_error", "centre_error_median", "centre_error_p90"]
     assert failed[errors].tolist() == [diagonal] * 3
     assert failed["evaluated_frames"] == N_FRAMES - 1
-    unchanged = runs["status"] == "finished"
-    pd.testing.assert_frame_equal(filled[unchanged], runs[unchanged])
+    unchanged = filled["status"] == "finished"
+    pd.testing.assert_frame_equal(filled[unchanged], stored.table[unchanged])
 
 
 def test_failed_centre_error_is_bounded_without_an_image_size(stored):
-    run, truth = failed_run(stored, load_runs(stored))
-    scores = judge_failed(run, replace(truth, image_size=None), "native").scores
+    run, truth = failed_run(stored)
+    scores = worst_result(run, replace(truth, image_size=None), "native").scores
     corners = truth.boxes[:, :2] + truth.boxes[:, 2:]
     assert scores["centre_error"] == hypot(*corners.max(axis=0))
 
 
-WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.preset(n).protocol != "anchors"]
+WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.find_metrics(n).run_kind != "anchors"]
 
 
 @pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
 def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
-    run, truth = failed_run(stored, load_runs(stored))
-    preset = metrics.preset(name)
-    if preset.protocol == "supervised":
+    run, truth = failed_run(stored)
+    preset = metrics.find_metrics(name)
+    if preset.run_kind == "supervised":
         states = np.zeros(len(run.boxes), np.int32)
         states[0] = 1
         identity = replace(run.identity, protocol="supervised")
         run = replace(run, states=states, identity=identity)
-    scores = judge_failed(run, truth, name).scores
-    for key, column in preset.columns.items():
-        if column.better == "higher" and key != "first_loss":
+    scores = worst_result(run, truth, name).scores
+    for key, column in preset.metrics.items():
+        if column.direction == "higher" and key != "first_loss":
             assert scores[key] == 0, key
-        elif column.better == "lower":
+        elif column.direction == "lower":
             assert 0 < scores[key] < np.inf, key
     if name == "vot-supervised":
         assert scores["failures"] == 3  # frames 1, 7 and 13
 
 
 def test_failed_runs_note_has_number_and_first_reason(stored):
-    failures = failed_runs(load_runs(stored), "0")
+    failures = failed_runs(stored.table, "0")
     where = f"sequence plain/target:length={N_FRAMES}, ValueError: empty"
     assert failures.left_out == ["broken.py:Knob"]
     assert failures.notes == {
@@ -94,10 +91,10 @@ def test_failed_runs_note_has_number_and_first_reason(stored):
 
 
 def test_runs_without_worst_score_are_unchanged(stored):
-    runs = load_runs(stored)
-    filled = with_worst_scores(stored, runs)
+    filled = stored.scored("native")
     assert filled["mean_overlap"][filled["tracker"] == "broken.py:Knob"].isna().all()
-    pd.testing.assert_frame_equal(with_worst_scores(stored, runs, "vot-supervised"), runs)
+    unscored = stored.scored("vot-supervised")
+    assert unscored["failures"][unscored["status"] == "failed"].isna().all()
 
 
 SCORES = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}
@@ -105,7 +102,7 @@ SCORES = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}
 
 @pytest.mark.parametrize("name", SCORES)
 def test_tables_count_failed_runs_as_worst(stored, name):
-    tables = {table.name: table for table in preset_report(stored, [name]).tables}
+    tables = {table.name: table for table in metric_tables(stored, [name]).tables}
     summary = tables["summary" if name == "native" else f"metrics-{name}"]
     data = summary.data[summary.data["measure"] == SCORES[name]]
     means = data.groupby("tracker", sort=False)["mean"].first()

@@ -4,7 +4,7 @@ import pytest
 
 import trackmark as tm
 from trackmark.bench.store import run_rows
-from trackmark.bench.store.data_frames import load_runs
+from trackmark.bench.store.data_frames import load_table
 
 
 def report_all(trackmark, folder, n_sequences, n_trackers, forms):
@@ -15,7 +15,7 @@ def report_all(trackmark, folder, n_sequences, n_trackers, forms):
         assert f"tracker-{n_trackers - 1}" in printed
     against = ["--against", "tracker-0"] if n_trackers > 2 else []
     trackmark("compare", "--results", folder, *against)
-    results = tm.load_results(folder)
+    results = tm.load_runs(folder)
     assert len(results.means()) == n_trackers
     assert len(results.means(by="sequence")) == n_trackers * n_sequences
 
@@ -32,7 +32,7 @@ def test_report_of_130_trackers_or_sequences(
 def test_report_of_1000_sequences(store_many, trackmark, workspace, blank_figures):
     store_many(workspace / "many", 1000, 2)
     report_all(trackmark, workspace / "many", 1000, 2, ["text", "markdown", "csv", "latex"])
-    trackmark("report", "many", "--folder", "report", "--metrics", "native,otb")
+    trackmark("report", "many", "--output", "report", "--metrics", "native,otb")
 
 
 @pytest.mark.slow
@@ -42,9 +42,9 @@ def test_report_of_1000_trackers(store_many, trackmark, workspace):
     report_all(trackmark, workspace / "many", 2, 1000, ["csv"])
 
 
-def test_load_runs_has_no_categories(store_many, tmp_path):
+def test_table_of_runs_has_no_categories(store_many, tmp_path):
     store_many(tmp_path / "many", 130, 2)
-    runs = load_runs(tmp_path / "many")
+    runs = load_table(tmp_path / "many")
     groups = runs.groupby(["tracker", "sequence"], sort=False)["mean_overlap"]
     # With categories of more than 127 values, `reindex` fails in pandas.
     assert groups.mean()[:3].reindex(groups.size().index).notna().sum() == 3
@@ -67,6 +67,6 @@ def test_report_reads_all_rows_equally_often_for_any_number(
         sequences = f"data/{name}"
         trackmark("run", "--trackers", "static", "--sequences", sequences, "--name", "many")
         readings.clear()
-        trackmark("report", "results/many", "--folder", "report")
+        trackmark("report", "results/many", "--output", "report")
         counts.append(len(readings))
     assert counts[1] == counts[2]  # of one sequence there is no table of means

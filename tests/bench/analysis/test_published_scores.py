@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparable_runs import ComparisonError
-from trackmark.bench.analysis.comparison import compare
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.run_tables import SUMMARY
 

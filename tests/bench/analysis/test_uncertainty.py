@@ -4,8 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackmark.bench.analysis import run_tables
-from trackmark.bench.analysis.comparison import compare
+from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparison_tables import files
 from trackmark.bench.analysis.run_tables import SUMMARY, score_tables, uncertainty_of
 from trackmark.bench.statistics.intervals import mean_interval
@@ -33,7 +32,7 @@ def test_marks_and_intervals_follow_the_shared_rules():
     assert (intervals[0], marks[0]) == (None, False)
 
 
-def frame(tracker, overlap, protocol="accuracy", n=2, **more):
+def frame(tracker, overlap, protocol="one-pass", n=2, **more):
     return [
         {
             "tracker": tracker,
@@ -64,20 +63,11 @@ def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, times, rates):
     timed = frame("a", 0.5, "timing", ms_per_frame=a)
     timed += frame("b", 0.6, "timing", ms_per_frame=b) if b else []
     summary, _ = score_tables(scored, pd.DataFrame(timed), "T")
-    assert summary.heads[-2:] == ["ms/frame", "fps"]
+    assert summary.headings[-2:] == ["ms/frame", "fps"]
     assert [row[-2].text for row in summary.rows] == times
     assert [row[-1].text for row in summary.rows] == rates
     fps = summary.data[summary.data["measure"] == "fps"]
     assert fps["mean"].tolist() == pytest.approx([1e3 / float(time.lstrip("~")) for time in times])
-
-
-def test_tables_of_some_runs_have_times_of_any_timing_runs(monkeypatch, tmp_path):
-    scored = pd.DataFrame(frame("a", 0.5))
-    stored = pd.concat([scored, pd.DataFrame(frame("a", 0.5, "timing", ms_per_frame=7.0))])
-    load = lambda folder, cells=None: scored if cells else stored  # noqa: E731
-    monkeypatch.setattr(run_tables, "load_runs", load)
-    summary, _ = run_tables.tables(tmp_path, [("a", "s0", 0, "accuracy")], "T")
-    assert summary.rows[0][-2].text == "7.000"
 
 
 def compared(n, spread, generator):

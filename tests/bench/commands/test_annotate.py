@@ -21,8 +21,8 @@ import pytest
 
 from tests.bench.pages.test_page_rules import violations
 from tests.browser import needs_browser
-from trackmark import bench
 from trackmark.bench.commands import _box_picker, _drawing
+from trackmark.bench.store.data_frames import load_table
 from trackmark.datasets.annotation import check_marks, interpolate
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
@@ -35,7 +35,7 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     assert "interpolated" in (workspace / "truth.csv").read_text()
     run = ("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
     assert "read as " in trackmark(*run).stderr
-    scores = bench.load_runs(workspace / "results").iloc[0]
+    scores = load_table(workspace / "results").iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()
 
@@ -134,10 +134,10 @@ def test_boxes_posted_by_the_page_become_the_ground_truth(trackmark, workspace, 
         ]
         seen["nothing written"] = not (workspace / "truth.csv").exists()
         drawn = {"boxes": {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12.5]}, "absent": [[2, 2]]}
-        seen["kept"] = ask(url + "finish", json.dumps(drawn).encode())[0]
+        seen["frame_numbers"] = ask(url + "finish", json.dumps(drawn).encode())[0]
 
     user(act)
-    trackmark("annotate", source, "--pick", "--box", "2:1,2,3,4", "--output", "truth.csv")
+    trackmark("annotate", source, "--draw", "--box", "2:1,2,3,4", "--output", "truth.csv")
     empty = {"boxes": {}, "absent": []}
     assert seen["state"]["saved"] == empty
     assert seen["state"]["drawing"] == empty | {"boxes": {"2": [1, 2, 3, 4]}}
@@ -149,7 +149,7 @@ def test_boxes_posted_by_the_page_become_the_ground_truth(trackmark, workspace, 
     for words in (b"two frames or more", b"frame 4: [90.0", b"[x, y, width, height] by frame"):
         assert words in messages
     assert seen["nothing written"]
-    assert seen["kept"] == 200
+    assert seen["frame_numbers"] == 200
     assert rows(workspace / "truth.csv") == [
         "0,4,5,10,12,marked",
         "1,5,5,10,12.125,interpolated",
@@ -227,7 +227,7 @@ def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromiu
 
     chromium.dialogs.clear()
     user(act)
-    done = trackmark("annotate", workspace / "data/Small/img", "--pick", "--output", "truth.csv")
+    done = trackmark("annotate", workspace / "data/Small/img", "--draw", "--output", "truth.csv")
     assert seen["drawn"] == [4, 5, 10, 12]
     assert seen["interpolated"] == [6, 5, 10, 12]
     assert seen["outline"] == "M6 5h10v12h-10z"
@@ -274,8 +274,8 @@ def test_boxes_of_a_file_and_of_its_draft_are_loaded(trackmark, workspace, user,
 
     chromium.dialogs.clear()
     user(act)
-    trackmark("annotate", source, "--pick", "--output", name, status=130)
-    trackmark("annotate", source, "--pick", "--output", name)
+    trackmark("annotate", source, "--draw", "--output", name, status=130)
+    trackmark("annotate", source, "--draw", "--output", name)
     boxes = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}
     moved = boxes | {"0": [4, 4, 10, 12]}
     assert seen == [
@@ -306,15 +306,15 @@ def test_page_interpolates_as_the_command_does(chromium):
     np.testing.assert_allclose(np.array(boxes, float), expected, rtol=1e-12)
 
 
-def test_pick_refuses_what_it_would_lose(trackmark, one_line, workspace):
-    pick = ("annotate", "data/Small/img", "--pick", "--output", "truth.csv")
+def test_draw_refuses_what_it_would_lose(trackmark, one_line, workspace):
+    draw = ("annotate", "data/Small/img", "--draw", "--output", "truth.csv")
     file, draft = workspace / "truth.csv", workspace / "truth.csv.draft"
     file.write_text("frame,x,y,width,height,visibility\n0,1,2,3,4,0.5\n")
-    assert "column visibility" in one_line(trackmark(*pick, status=2))
+    assert "column visibility" in one_line(trackmark(*draw, status=2))
     file.write_text("frame,x,y,width,height\n9,1,2,3,4\n")
-    assert "frame 9 is outside the sequence" in one_line(trackmark(*pick, status=2))
+    assert "frame 9 is outside the sequence" in one_line(trackmark(*draw, status=2))
     draft.write_text("{}x")
-    assert "Delete the file" in one_line(trackmark(*pick, status=2))
+    assert "Delete the file" in one_line(trackmark(*draw, status=2))
 
 
 @pytest.fixture
@@ -471,7 +471,7 @@ def test_draft_of_another_video_is_set_aside(trackmark, workspace, user, video):
         ask(url + "finish", json.dumps({"boxes": PAIR}).encode())
 
     user(act)
-    done = trackmark("annotate", "data/Small/img", "--pick", "--output", "truth.csv")
+    done = trackmark("annotate", "data/Small/img", "--draw", "--output", "truth.csv")
     assert seen[0]["drawing"]["boxes"] == {}
     assert "another video" in seen[0]["note"]
     assert "truth.csv.draft.1" in done.stderr

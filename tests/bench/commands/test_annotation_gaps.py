@@ -42,7 +42,7 @@ def test_sparse_truth_scores_annotated_frames_only(trackmark, workspace):
     assert "35 of 40 frames are not annotated" in described(trackmark, "sparse")["remarks"]
     presets = "otb,lasot,trackingnet,got10k,long-term"
     trackmark("results", "import", "perfect=boxes", "--sequences", "sparse", "--name", "runs")
-    trackmark("report", "results/runs", "--metrics", presets, "--folder", "out", "--no-pictures")
+    trackmark("report", "results/runs", "--metrics", presets, "--output", "out", "--no-pictures")
     assert mean_scores(workspace / "out", "otb")["success_auc"] == pytest.approx(20 / 21)
     assert mean_scores(workspace / "out", "lasot")["precision"] == 1.0
     assert mean_scores(workspace / "out", "trackingnet")["precision_auc"] == 1.0

@@ -89,7 +89,7 @@ def scores(trackmark, workspace):
         text = done.stdout + done.stderr
         if remove is not None:
             shutil.rmtree(remove)
-        report = ("report", "results/copy", "--metrics", metrics, "--folder", "report")
+        report = ("report", "results/copy", "--metrics", metrics, "--output", "report")
         trackmark(*report, "--no-pictures")
         with (workspace / "report" / f"metrics-{preset}.csv").open() as file:
             rows = [row for row in csv.DictReader(file) if row["mean"]]
@@ -123,7 +123,7 @@ def test_copy_of_got10k_is_a_table_by_one_path(trackmark, scores, got10k):
     assert by_measure == {"ao": 1, "sr50": 1, "sr75": 1}
     for path in ("GOT-10k/val", "GOT-10k/val/GOT-10k_Val_00000?"):
         described = json.loads(trackmark("describe", path, "--json").stdout)
-        assert [name[-1] for name in described["of them"]] == ["1", "2"]
+        assert [name[-1] for name in described["sequence_names"]] == ["1", "2"]
 
 
 def test_copy_of_otb_is_a_table_with_both_targets_of_a_folder(trackmark, scores, otb100):

@@ -1,4 +1,4 @@
-"""`trackmark check --time` with invented times, which do not depend on the load."""
+"""`trackmark check --timing` with invented times, which do not depend on the load."""
 
 import json
 import subprocess
@@ -13,12 +13,12 @@ from trackmark.bench.statistics import speed
 
 SLOW = "\n# slow\n"
 
-CELL = '"data/Small" = { sequence = "00000000", overlap = [0.5], boxes = ["00000000"] }'
+CELL = '"data/Small" = { fingerprint = "00000000", overlap = [0.5], box_digests = ["00000000"] }'
 WRITTEN = f"""
-format = 2
-seeds = 6
-detect = 0.05
-[made_with]
+format = 1
+repetitions = 6
+detectable_drop = 0.05
+[environment]
 [specifications]
 mine = "knob.py:as=mine"
 [trackers.mine]
@@ -26,7 +26,7 @@ mine = "knob.py:as=mine"
 [trackers.static]
 {CELL}
 """
-AGAINST = ("--time", "--against", "HEAD")
+AGAINST = ("--timing", "--revision", "HEAD")
 
 
 @pytest.fixture
@@ -50,7 +50,7 @@ def timed_setups(monkeypatch):
         return 1.1 if file.is_file() and SLOW in file.read_text() else 1.0
 
     def time_interleaved(setups, clips):
-        assert [clip.frames for clip in clips] == [4]
+        assert [clip.n_frames for clip in clips] == [4]
         setups_seen.append(setups)
         ratios = np.array([ratio(setup) for setup in setups])
         return ratios[:, None, None] * generator.normal(1, 0.01, (2, 5, 4))
@@ -69,7 +69,14 @@ def committed_baseline(trackmark, workspace, timed_setups, git, monkeypatch):
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
-    arguments = ("--trackers", "static,knob.py:as=mine", "--sequences", "data/Small", "--seeds", 6)
+    arguments = (
+        "--trackers",
+        "static,knob.py:as=mine",
+        "--sequences",
+        "data/Small",
+        "--repetitions",
+        6,
+    )
     trackmark("baseline", "own", *arguments)
     return workspace / "baselines" / "own.toml"
 
@@ -103,7 +110,7 @@ def test_slower_tracker_is_reported(trackmark, workspace, committed_baseline):
     data = json.loads(trackmark("check", "own", *AGAINST, "--json", status=1).stdout)
     assert data["verdict"] == "regression"
     first = data["times"][0]
-    assert (first["tracker"], first["state"]) == ("mine", "slower")
+    assert (first["tracker"], first["decision"]) == ("mine", "slower")
     assert first["low"] < first["change"] < first["high"]
 
 
@@ -114,7 +121,7 @@ def test_old_trackers_come_from_the_revision(
     slow_down(workspace / "trackers" / "static.py")
     timed_setups.clear()
     printed = trackmark("check", "own", *AGAINST, "--json", status=1).stdout
-    states = {entry["tracker"]: entry["state"] for entry in json.loads(printed)["times"]}
+    states = {entry["tracker"]: entry["decision"] for entry in json.loads(printed)["times"]}
     # The current file of `static` is not from the folder of the revision.
     assert states == {"mine": "slower", "static": "not 5 % slower"}
     assert [old.home != "" for old, _ in timed_setups[:: speed.MIN_SESSIONS]] == [True, False]
@@ -143,12 +150,12 @@ def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_basel
 @pytest.mark.parametrize(
     ("arguments", "words"),
     [
-        (("--time",), "--time requires --against REVISION"),
-        (("--against", "HEAD"), "--time requires --against REVISION"),
+        (("--timing",), "--timing requires --revision REVISION"),
+        (("--revision", "HEAD"), "--timing requires --revision REVISION"),
         (AGAINST, "not a git repository"),
-        (("--time", "--against", "nowhere"), "unknown revision 'nowhere'"),
-        (("--time", "--against", "--all"), "unknown revision '--all'"),
-        ((*AGAINST, "--accept", "mine", "--because", "x"), "cannot be combined with --time"),
+        (("--timing", "--revision", "nowhere"), "unknown revision 'nowhere'"),
+        (("--timing", "--revision", "--all"), "unknown revision '--all'"),
+        ((*AGAINST, "--accept", "mine", "--reason", "x"), "cannot be combined with --timing"),
     ],
 )
 def test_wrong_usage_of_time_exits_with_2(trackmark, baseline_without_runs, git, arguments, words):
@@ -169,6 +176,6 @@ def test_budget_is_refused_with_the_least_possible_one(trackmark, committed_base
     """A session takes 10 s on a simulated clock: two trackers need six sessions each."""
     clock = iter(range(0, 100_000, 10))
     monkeypatch.setattr("trackmark.bench.regression.speed.monotonic", lambda: next(clock))
-    options = ("--time", "--against", "HEAD", "--budget")
+    options = ("--timing", "--revision", "HEAD", "--budget")
     result = trackmark("check", committed_baseline, *options, "90s", status=2)
     assert "6 sessions of 2 trackers take about 120 s. Use --budget 144s" in result.stderr

@@ -6,7 +6,7 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -16,7 +16,7 @@ SCENES = ",".join(SIX_SCENES.split(",")[:2])
 
 def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     names = ("static", "camshift", "knob.py:Knob")
-    done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--folder", "paper")
+    done = trackmark("compare", *names, "--sequences", SIX_SCENES, "--output", "paper")
     printed = done.stdout
     (results,) = (workspace / "results").iterdir()
     assert f"Runs are in results/{results.name}." in done.stderr.splitlines()
@@ -45,7 +45,7 @@ def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspa
     where = ("--sequences", SIX_SCENES, "--name", "stored")
     pair = ("compare", "static", "camshift", "--json")
     alone = trackmark(*pair, *where).stdout
-    trackmark("run", "--trackers", "knob.py:Knob", *where, "--seeds", 2)
+    trackmark("run", "--trackers", "knob.py:Knob", *where, "--repetitions", 2)
     stored = (*pair, "--results", "results/stored")
     assert trackmark(*pair, *where).stdout == trackmark(*stored).stdout == alone
     with (workspace / "knob.py").open("a") as file:
@@ -81,10 +81,10 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
-    results = Results(workspace / "results/gap")
-    requested = results.manifest()
+    results = RunStore(workspace / "results/gap")
+    requested = results.requested_runs()
     results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
-    results.prepare(requested)
+    results.add_requests(requested)
     results = ("compare", "--results", "results/gap")
     message = trackmark(*results, status=2).stderr
     assert "tracker camshift, sequence plain/target:height=64:length=12" in message
@@ -107,7 +107,7 @@ def test_other_boxes_in_timing_run_are_not_repeatable(trackmark, workspace):
 
 SHIFT_TRACKERS = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 class Left(TrackerPlugin):
     shift = -1
@@ -146,7 +146,7 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
 
 def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, workspace):
     compare = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
-    printed = trackmark(*compare, "got10k", "--folder", "paper").stdout
+    printed = trackmark(*compare, "got10k", "--output", "paper").stdout
     title = "mean of sequences' AO (got10k)"
     assert title in unwrapped(printed)
     assert title in (workspace / "paper/paragraph.txt").read_text()

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 
 SCRIPTS = Path(sys.executable).parent
-PATIENCE = 120  # seconds, also on a busy machine
+MAX_SECONDS = 120  # seconds, also on a busy machine
 
 SHELLS = {
     "bash": (
@@ -51,7 +51,7 @@ class Shell:
         """Type keys and wait for a text that the shell prints after them."""
         self.text = ""
         os.write(self._terminal, keys.encode())
-        end = time.monotonic() + PATIENCE
+        end = time.monotonic() + MAX_SECONDS
         while expected not in self.text:
             assert time.monotonic() < end, self.text
             if select.select([self._terminal], [], [], 1)[0]:

@@ -34,7 +34,7 @@ OTHER = [
     ("run", *RUN, "--name", "mine", "--protocol", "supervised"),
     ("baseline", "mine", *RUN),
     ("check", "mine"),
-    ("stress", "corners.py", "--knob", "noise", "--runs", "20"),
+    ("stress", "corners.py", "--difficulty", "noise", "--runs", "20"),
 ]
 
 
@@ -47,7 +47,7 @@ def test_commands_with_scores_print_the_corner_hint(trackmark, corners, commands
 
 def test_page_of_results_has_the_corner_hint(trackmark, corners):
     trackmark("run", *RUN, "--name", "mine")
-    trackmark("report", "results/mine", "--folder", "out")
+    trackmark("report", "results/mine", "--output", "out")
     assert HINT in (corners / "out" / "report.html").read_text("utf-8")
 
 

@@ -97,7 +97,7 @@ def test_doctor_works_without_metadata_of_trackmark(trackmark, monkeypatch):
     def version(name):
         raise metadata.PackageNotFoundError(name)
 
-    monkeypatch.setattr("trackmark.reports.package_version.version", version)
+    monkeypatch.setattr("trackmark.bench.package_version.version", version)
     about = json.loads(trackmark("doctor", "--json").stdout)
     assert about["environment"]["trackmark"] == "unknown"
 

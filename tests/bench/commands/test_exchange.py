@@ -1,4 +1,4 @@
-"""Imported and exported results, and metrics presets in all commands that score."""
+"""Imported and exported results, and metrics in all commands that score."""
 
 import csv
 import json
@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows, json_lines
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
 
 SHARED = Path(__file__).parents[4] / "shared"
 PUBLISHED = SHARED / "published"
@@ -43,7 +43,7 @@ def test_more_published_boxes_give_the_published_overlap(tracker, trackmark, wor
     files = sorted((PUBLISHED / "boxes-more" / tracker).glob("*.json"))
     sequences = ",".join(str(SHARED / "sequences/otb-more" / file.stem) for file in files)
     results = ("--results-of", f"{tracker}={files[0].parent}", "--sequences", sequences)
-    trackmark("report", *results, "--metrics", "otb", "--folder", "report", "--no-pictures")
+    trackmark("report", *results, "--metrics", "otb", "--output", "report", "--no-pictures")
     with (PUBLISHED / "otb100-per-sequence.csv").open() as file:
         rows = [row for row in csv.DictReader(file) if row["tracker"] == tracker]
     published = {(tracker, row["sequence"]): float(row["mean_overlap"]) for row in rows}
@@ -60,7 +60,7 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
     trackers = [f"{name}={PUBLISHED}/boxes/{name}" for name in ("STRUCK", "MEEM", "MUSTer")]
     options = [part for text in trackers for part in ("--results-of", text)]
     where = ("--sequences", f"{SHARED}/sequences/otb/*", "--metrics", "otb")
-    trackmark("report", *options, *where, "--folder", "report", "--no-pictures")
+    trackmark("report", *options, *where, "--output", "report", "--no-pictures")
     overlaps = scores(workspace, "otb", "mean_overlap")
     successes = scores(workspace, "otb", "success_published")
     with (PUBLISHED / "otb-per-sequence.csv").open() as file:
@@ -77,7 +77,7 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
 def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, imported):
     trackmark(*STATIC, TWO, "--name", "ours")
     before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))
-    options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--folder", "report")
+    options = ("--results-of", f"MINE={imported}", "--metrics", "native,otb", "--output", "report")
     done = trackmark("report", "results/ours", *options)
     assert "not requested are not imported: Unused" in done.stderr
     overlaps = scores(workspace, "otb", "mean_overlap")
@@ -134,7 +134,7 @@ def test_imported_restarted_runs_need_presets_of_protocol(trackmark, workspace, 
     lines = ["1", "4,5,10,12", "2", *["0"] * 4, "1", *["4,5,10,12"] * 4]
     file.write_text("".join(f"{line}\n" for line in lines))
     report = ("report", "--results-of", "MINE=theirs", "--sequences", "data/Other")
-    done = trackmark(*report, "--metrics", "native,vot,otb", "--folder", "report", "--no-pictures")
+    done = trackmark(*report, "--metrics", "native,vot,otb", "--output", "report", "--no-pictures")
     assert scores(workspace, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
     assert "otb cannot score runs of the protocol supervised" in done.stdout
     assert "nan" not in done.stdout
@@ -149,15 +149,15 @@ def test_commands_give_scores_by_presets(trackmark):
         assert row["metrics"]["vot-supervised"]["eao"] is None  # too short
     assert "metrics" not in json_lines(trackmark(*run, "--json"))[0]
     for command in (run, ("report", "results", "--no-pictures")):
-        assert "metrics preset lasot." in trackmark(*command, "--metrics", "lasot").stdout
+        assert "metrics lasot." in trackmark(*command, "--metrics", "lasot").stdout
 
 
 def test_exported_times_are_those_of_updates(trackmark, workspace):
     run = (*STATIC, "data/Small", "--name", "ours")
     trackmark(*run)
-    stored = Results(workspace / "results/ours")
+    stored = RunStore(workspace / "results/ours")
     (row,) = json_lines(trackmark("results", "list", "results/ours", "--json"))
-    update = stored.read(run_key(row)).circumstances["ms_per_frame"] / 1e3
+    update = stored.read(run_key(row)).metadata["ms_per_frame"] / 1e3
 
     def exported(form, name):
         trackmark("results", "export", "results/ours", f"there-{form}", "--as", form, "--force")

@@ -73,7 +73,7 @@ TEXTS = {
     "describe data/Small/img": ["truth none"],
     "describe vot": ["vot-supervised Accuracy, robustness", "vot-toolkit 0.7.1"],
     "describe clutter": ["Bhattacharyya", "0 to 1"],
-    "describe supervised": ["skip=5", "preset vot-supervised"],
+    "describe supervised": ["skip_frames=5", "metrics vot-supervised"],
     "describe long-term": ["harmonic mean", "protocol long-term"],  # a preset and a protocol
     "describe data": ["(OTB)", "sequences 1", "data/Small"],
     "describe stress": ["built-in", "stress/pillar", "stress/twin"],
@@ -94,19 +94,19 @@ def test_lists_and_descriptions_have_their_data(trackmark):
     assert list(data("list", "trackers")) == ["trackers"]
     camshift = data("describe", "camshift")
     assert {parameter["name"] for parameter in camshift["parameters"]} >= {"window", "hue_bins"}
-    assert data("describe", "data/Small")["taken for"].endswith("(OTB)")
-    assert data("describe", "otb")["columns"]["success_auc"]["perfect"] == 20 / 21
-    assert data("describe", "stress")["of them"] == ["stress/pillar", "stress/twin"]
+    assert data("describe", "data/Small")["format"].endswith("(OTB)")
+    assert data("describe", "otb")["metrics"]["success_auc"]["best_value"] == 20 / 21
+    assert data("describe", "stress")["sequence_names"] == ["stress/pillar", "stress/twin"]
     prints = [
         re.search("fingerprint.*", trackmark("describe", f"multipart/1{scene}").stdout)[0]
         for scene in ("", ":scene=1")
     ]
     assert prints[0] != prints[1]
-    measured = data("describe", "data/Small", "--attributes")["measured"]
+    measured = data("describe", "data/Small", "--attributes")["measured_attributes"]
     assert measured["motion"]["frames"] == [None, 0, 0, 0, 0]
     assert measured["motion"]["value"] == 0
     assert measured["visibility"]["value"] is None
-    assert "measured" not in data("describe", "data/Small")
+    assert "measured_attributes" not in data("describe", "data/Small")
 
 
 def test_doctor_finds_no_problem_and_lists_versions(trackmark):

@@ -11,11 +11,11 @@ from xml.etree import ElementTree
 import pytest
 
 from tests.bench.conftest import messages
-from trackmark import bench
+from trackmark.bench.store.data_frames import load_table
 
 SMALL = ("--sequences", "data/Small")
 BOTH = ("--sequences", "data/Small,data/Other")
-KNOB = ("run", "--name", "mine", "--trackers", "static,knob.py:Knob", *SMALL, "--seeds", 3)
+KNOB = ("run", "--name", "mine", "--trackers", "static,knob.py:Knob", *SMALL, "--repetitions", 3)
 FULL = Path("/dev/full")
 RED = "\x1b[31mred\x07\x9b\u202e"
 
@@ -32,7 +32,7 @@ def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, workspace, monk
         monkeypatch.setattr(sys, "stdout", pipe)
         errors = messages(trackmark(*KNOB, "--json"))
     assert errors == ["4 of 4 runs are in results/mine."]
-    assert len(bench.load_runs(workspace / "results")) == 4
+    assert len(load_table(workspace / "results")) == 4
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="the system has no /dev/full")
@@ -46,7 +46,7 @@ def test_full_disk_is_one_message_and_the_work_continues(
     message = "trackmark: the output cannot be written: No space left on device."
     assert lines[0] == message
     assert len(lines) == 1 + bool(options)  # --json prints the folder on standard error
-    assert len(bench.load_runs(workspace / "results")) == 4
+    assert len(load_table(workspace / "results")) == 4
 
 
 INTERRUPTED = """
@@ -55,16 +55,18 @@ import os, signal, sys
 # A shell's background job ignores Ctrl-C, and so do the processes that it starts.
 signal.signal(signal.SIGINT, signal.default_int_handler)
 
+MODULE = sys.argv.pop()
+
 class Finder:
     def find_spec(self, name, *_):
-        if name == sys.argv[-1]:
+        if name == MODULE:
             sys.meta_path.remove(self)
             os.kill(os.getpid(), signal.SIGINT)
 
 sys.meta_path.insert(0, Finder())
-sys.argv[:-1] = ["/usr/bin/trackmark", "describe"]
-from trackmark.bench import cli
-cli.main(["describe", "samples/face"])
+sys.argv[:] = ["/usr/bin/trackmark", "describe", "samples/face"]
+from trackmark.bench.command_line import main
+main()
 """
 
 
@@ -105,7 +107,7 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, break_tracker, 
     run = ("run", "--trackers", "knob.py:Knob", "--sequences", f"data/{RED}\nline")
     table = trackmark(*run, status=1)
     failures = trackmark("results", "failures")
-    files = trackmark("report", "results", "--folder", "report", "--no-pictures", status=1)
+    files = trackmark("report", "results", "--output", "report", "--no-pictures", status=1)
     outputs = (table, failures, files)
     texts = [text for done in outputs for text in (done.stdout, done.stderr)]
     texts += [file.read_text() for file in (workspace / "report").iterdir()]
@@ -122,9 +124,9 @@ def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_t
     trackmark("baseline", "own", "--trackers", "knob.py:Knob", *SMALL)
     file = workspace / "baselines" / "own.toml"
     before = file.read_bytes()
-    accept = ("check", "own", "--accept", "knob.py:Knob", "--because")
+    accept = ("check", "own", "--accept", "knob.py:Knob", "--reason")
     message = trackmark(*accept, "\udcff", status=2).stderr
-    assert "--because" in message
+    assert "--reason" in message
     assert "not UTF-8" in message
     assert file.read_bytes() == before
     trackmark(*accept, "delete \x7f and escape \x1b")
@@ -160,10 +162,10 @@ def test_boxes_of_1e308_are_scored_without_a_warning(trackmark, workspace, two):
     source = source.replace(update, HUGE).replace("from pydantic", "import numpy\nfrom pydantic")
     file.write_text(source)
     # Warnings are errors in tests.
-    run = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--seeds", 1, "--name")
+    run = ("run", "--trackers", "static,knob.py:Knob", *BOTH, "--repetitions", 1, "--name")
     assert "4 of 4 runs" in trackmark(*run, "ours").stdout
     presets = "native,otb,lasot,got10k,trackingnet,long-term"
-    trackmark("report", "results/ours", "--metrics", presets, "--folder", "report")
+    trackmark("report", "results/ours", "--metrics", presets, "--output", "report")
     assert "static" in trackmark("compare", "--results", "results/ours").stdout
     trackmark(*run, "anchors", "--protocol", "anchors")
     trackmark("report", "results/anchors", "--metrics", "vot-anchor", "--format", "text")

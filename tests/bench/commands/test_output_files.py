@@ -8,12 +8,12 @@ from tests.bench.conftest import messages
 from trackmark.bench.commands._output_files import check_outputs
 
 BASELINE = """
-format = 2
-seeds = 6
-detect = 0.05
-[made_with]
+format = 1
+repetitions = 6
+detectable_drop = 0.05
+[environment]
 [trackers."knob.py:Knob"]
-"data/Small" = { sequence = "00000000", overlap = [0.5], boxes = ["00000000"] }
+"data/Small" = { fingerprint = "00000000", overlap = [0.5], box_digests = ["00000000"] }
 """
 SMALL = "--sequences data/Small"
 
@@ -28,8 +28,8 @@ check own.toml --junit knob.py | knob.py is an input of this command
 check own.toml --junit linked.xml | linked.xml is an input of this command
 check own.toml --junit data/Small/groundtruth_rect.txt | groundtruth_rect.txt is an input
 reproduce multipart --page results/multipart/report.json | --page and results/multipart/report.json
-annotate data/Small/img --keys keys.csv --output keys.csv --force | keys.csv is an input
-compare static camshift {SMALL} --published comparison.csv --folder . | comparison.csv is an input
+annotate data/Small/img --key-frames keys.csv --output keys.csv --force | keys.csv is an input
+compare static camshift {SMALL} --published comparison.csv --output . | comparison.csv is an input
 """.strip().splitlines()
 
 

@@ -7,11 +7,12 @@ import pytest
 
 import trackmark as tm
 from tests.bench.commands.conftest import unwrapped
-from trackmark import bench
-from trackmark.bench.store.results import Results
+from trackmark.bench.evaluation.loop import evaluate_run
+from trackmark.bench.store.data_frames import load_table
+from trackmark.bench.store.run_store import RunStore
 
 RUN = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "trial")
-SUPERVISED = (*RUN, "--protocol", "supervised:skip=2")
+SUPERVISED = (*RUN, "--protocol", "supervised:skip_frames=2")
 SCENES = ",".join(f"plain/target:length=30:width=64:height=64:scene={n}" for n in (0, 1))
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
@@ -26,36 +27,37 @@ def both(trackmark):
 def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, workspace):
     one_pass, supervised = map(unwrapped, both)
     assert "protocol" not in one_pass
-    assert "protocol supervised:skip=2" in supervised
-    assert "metrics preset vot-supervised" in supervised
-    assert "metrics preset native" not in supervised
+    assert "protocol supervised:skip_frames=2" in supervised
+    assert "metrics vot-supervised" in supervised
+    assert "metrics native" not in supervised
     folder = workspace / "results" / "trial"
-    stored = {(cell[0], cell[3]) for cell in Results(folder).list_keys()}
+    stored = {(cell[0], cell[3]) for cell in RunStore(folder).list_keys()}
     assert stored == {
         (tracker, protocol)
         for tracker in ("static", "knob.py:Knob")
-        for protocol in ("accuracy", "supervised:skip=2")
+        for protocol in ("one-pass", "supervised:skip_frames=2")
     }
     report = ("report", folder, "--metrics", "native,otb", "--no-pictures", "--verbose")
     text = unwrapped(trackmark(*report).stdout)
-    assert text.count("metrics preset") == 4
+    assert text.count("; metrics ") == 4
     assert text.count("trial, protocol one-pass") == 2
-    assert text.count("trial, protocol supervised:skip=2") == 2
+    assert text.count("trial, protocol supervised:skip_frames=2") == 2
     assert (
-        "otb cannot score runs of the protocol supervised:skip=2. It scores runs of anchors" in text
+        "otb cannot score runs of the protocol supervised:skip_frames=2. It scores runs of anchors"
+        in text
     )
     listed = trackmark("results", "list", folder).stdout
     assert "static on Small: 1" in listed
-    assert "static on Small (supervised:skip=2): 1" in listed
+    assert "static on Small (supervised:skip_frames=2): 1" in listed
 
 
 def test_stored_runs_of_a_protocol_are_not_repeated(both, trackmark):
-    command = (*RUN, "--protocol", "supervised:skip=2:threshold=0", "--json")
+    command = (*RUN, "--protocol", "supervised:skip_frames=2:threshold=0", "--json")
     first, second = (json.loads(line) for line in trackmark(*command).stdout.splitlines())
-    assert {first["protocol"], second["protocol"]} == {"supervised:skip=2"}
+    assert {first["protocol"], second["protocol"]} == {"supervised:skip_frames=2"}
     assert first["scores"] == {}
     assert first["metrics"]["vot-supervised"]["failures"] == 0
-    for protocol, number in (("supervised:skip=2", 0), ("sre", 2)):
+    for protocol, number in (("supervised:skip_frames=2", 0), ("sre", 2)):
         dry_run = (*RUN, "--protocol", protocol, "--dry-run", "--json")
         plan = json.loads(trackmark(*dry_run).stdout)
         assert (plan["runs"], plan["to_run"]) == (2, number)
@@ -63,7 +65,7 @@ def test_stored_runs_of_a_protocol_are_not_repeated(both, trackmark):
 
 def test_report_on_one_protocol_names_its_files(trackmark, workspace):
     trackmark(*RUN, "--protocol", "anchors:spacing=4")
-    trackmark("report", "results/trial", "--folder", "paper")
+    trackmark("report", "results/trial", "--output", "paper")
     with (workspace / "paper" / "anchors-spacing-4-metrics-vot-anchor.csv").open() as file:
         rows = {(row["tracker"], row["measure"]): row["mean"] for row in csv.DictReader(file)}
     assert float(rows["static", "robustness"]) == 1
@@ -73,8 +75,8 @@ def test_report_on_one_protocol_names_its_files(trackmark, workspace):
 
 def test_trackers_are_compared_by_one_protocol(trackmark):
     command = ("compare", "static", "camshift", "--sequences", SCENES, "--name", "compared")
-    text = unwrapped(trackmark(*command, "--protocol", "tre:starts=3:least=9").stdout)
-    assert "mean overlap, protocol tre:starts=3:least=9, 2 scenes, 1 run each" in text
+    text = unwrapped(trackmark(*command, "--protocol", "tre:starts=3:min_frames=9").stdout)
+    assert "mean overlap, protocol tre:starts=3:min_frames=9, 2 scenes, 1 run each" in text
     stored = ("compare", "--results", "results/compared")
     message = trackmark(*stored, status=2).stderr
     assert "no stored run used the protocol one-pass. Stored runs used tre:starts" in message
@@ -83,7 +85,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     means = {row["tracker"]: row["mean"] for row in data["trackers"]}
     for tracker in ("static", "camshift"):
         scores = [
-            tm.score(bench.evaluate_run(tracker, text), text)["mean_overlap"]
+            tm.score(evaluate_run(tracker, text), text)["mean_overlap"]
             for text in SCENES.split(",")
         ]
         assert means[tracker] == pytest.approx(sum(scores) / 2)
@@ -109,5 +111,5 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = bench.load_runs(workspace / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = load_table(workspace / "results/mine").query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1

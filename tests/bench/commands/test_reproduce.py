@@ -4,17 +4,19 @@ import json
 
 import pytest
 
-from trackmark.bench.papers import Effort, paper_names
+from trackmark.bench.papers import ReproductionOptions, paper_names
 from trackmark.bench.papers.reproduction import Reproduction
 
 
 @pytest.mark.parametrize("paper", paper_names())
 def test_quick_runs_are_part_of_all_runs(paper):
     reproduction = Reproduction(paper)
-    whole = {e.name: e for e in reproduction.experiments(Effort())}
-    quick = {e.name: e for e in reproduction.experiments(Effort(quick=True))}
-    everything = {e.name for e in reproduction.experiments(Effort(everything=True))}
-    few = reproduction.experiments(Effort(seeds=1))
+    whole = {e.name: e for e in reproduction.experiments(ReproductionOptions())}
+    quick = {e.name: e for e in reproduction.experiments(ReproductionOptions(quick=True))}
+    everything = {
+        e.name for e in reproduction.experiments(ReproductionOptions(with_sensitivity=True))
+    }
+    few = reproduction.experiments(ReproductionOptions(repetitions=1))
     assert quick.keys() <= whole.keys() < everything
     for name, experiment in quick.items():
         assert set(experiment.sequences) <= set(whole[name].sequences)

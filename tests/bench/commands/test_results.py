@@ -14,7 +14,7 @@ import pytest
 import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines
 from tests.bench.store.test_durability import drop_last_entry_of_index
-from trackmark import bench
+from trackmark.bench.store.data_frames import load_table
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -30,7 +30,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
     assert "Copied 2 runs" in merged
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
-    assert len(bench.load_runs(workspace / "results" / "c")) == 2
+    assert len(load_table(workspace / "results" / "c")) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 run." in removed.stdout
     left = json_lines(trackmark("results", "list", "results/c", "--json"))
@@ -46,7 +46,7 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     trackmark(*KNOB, "--name", "new")
     done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert bench.load_runs(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
+    assert load_table(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
         otb(workspace / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)
@@ -75,7 +75,7 @@ def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
 
 def test_report_writes_tables_in_every_format_and_plots(trackmark, workspace):
     trackmark(*MINE, "static,camshift,knob.py:Knob", *SMALL)
-    done = trackmark("report", "results/mine", "--folder", "report", "--format", "svg")
+    done = trackmark("report", "results/mine", "--output", "report", "--format", "svg")
     page, others = done.stderr.splitlines()[-2:]
     assert page == "report/report.html"
     tables = ", ".join(f"1 {suffix}" for suffix in (".txt", ".md", ".csv", ".tex"))
@@ -119,9 +119,9 @@ def test_report_on_several_experiments_names_each(trackmark, workspace):
 
 def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, workspace):
     trackmark(*STATIC, "data/Small")
-    for name in ("datasets.load", "bench.store.results.Results.read"):
+    for name in ("datasets.load", "bench.store.run_store.RunStore.read"):
         monkeypatch.setattr(f"trackmark.{name}", lambda *_, **__: pytest.fail("it was opened"))
-    trackmark("report", "results/mine", "--folder", "report", "--no-pictures")
+    trackmark("report", "results/mine", "--output", "report", "--no-pictures")
     suffixes = {file.suffix for file in (workspace / "report").iterdir()}
     assert suffixes == {".txt", ".md", ".csv", ".tex"}
 
@@ -130,13 +130,13 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     for name in ("a|b", "a-b"):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / name)
     trackmark(*STATIC, "data/Small,data/a|b,data/a-b")
-    trackmark("report", "results/mine", "--folder", "first")
+    trackmark("report", "results/mine", "--output", "first")
     assert len(list((workspace / "first").glob("strip-a-b-*.png"))) == 2
     assert (workspace / "first" / "strip-Small.png").is_file()
     truth = workspace / "data" / "Small" / "groundtruth_rect.txt"
     truth.write_text(truth.read_text().replace("5,6,10,12", "5,6,10,13", 1))
-    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_figure", lambda file, _: file)
-    errors = trackmark("report", "results/mine", "--folder", "second").stderr
+    monkeypatch.setattr("trackmark.bench.pages.report_figures.write_file", lambda file, _: file)
+    errors = trackmark("report", "results/mine", "--output", "second").stderr
     assert "no film strip: Small " in errors
     assert not (workspace / "second" / "strip-Small.png").exists()
     done = trackmark("show", "data/Small", "--results", "results", "--output", "a.png", status=2)
@@ -163,7 +163,7 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker)
     trackmark(*KNOB)
     trackmark(*KNOB, "--timing")
     text = " ".join(trackmark("report", "results/mine", "--no-pictures").stderr.split())
-    assert "knob.py:Knob is not repeatable: seed 0 gave other boxes on Small" in text
+    assert "knob.py:Knob is not repeatable: repetition 0 gave other boxes on Small" in text
     assert "static is not" not in text
 
 
@@ -172,7 +172,7 @@ def test_show_draws_a_film_strip_and_an_h264_video(trackmark, workspace):
     show = ("show", "samples/face", "--results", "results/mine", "--output")
     trackmark(*show, "strip.png")
     assert cv2.imread(str(workspace / "strip.png")).shape[1] > 800
-    trackmark(*show, "video.mp4", "--last", 29)
+    trackmark(*show, "video.mp4", "--last-frame", 29)
     with av.open(str(workspace / "video.mp4")) as video:
         assert video.streams.video[0].codec_context.name == "h264"
         assert sum(1 for _ in video.decode(video=0)) == 30
@@ -194,7 +194,7 @@ def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, o
         (folder / "groundtruth_rect.txt").write_text("".join(boxes))
     trackmark("run", "--trackers", "static,camshift", "--sequences", "twelve", "--name", "twelve")
     report = ("report", "results/twelve", "--by-attribute", "--metrics", "otb")
-    first = trackmark(*report, "--folder", "paper").stdout
+    first = trackmark(*report, "--output", "paper").stdout
     assert first.count("against attributes of the sequences") == 1
     assert (workspace / "paper" / "attributes-otb.png").is_file()
     assert (workspace / "paper" / "attributes-otb.md").is_file()
@@ -220,7 +220,7 @@ def test_report_by_attribute_names_a_missing_sequence(trackmark, workspace, otb)
 def two_versions(trackmark, workspace, otb):
     """Store runs of two versions of a tracker: on Small of the older, on Other of the newer one."""
     otb(workspace / "data" / "Other", 5)
-    options = ["--trackers", "knob.py,static", "--output", ".", "--name", "trial"]
+    options = ["--trackers", "knob.py,static", "--results-root", ".", "--name", "trial"]
     trackmark("run", *options, "--sequences", "data/Small")
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("self.random.random()", "2 * self.random.random()"))
@@ -234,9 +234,9 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
         assert form == "csv" or note in printed.stdout.replace("\\", "")
         assert "1 of 2 stale" in printed.stdout or form == "csv"
     assert note[:60] in trackmark("report", "trial", "--no-pictures").stdout
-    results = tm.load_results("trial")
+    results = tm.load_runs("trial")
     assert results.means().loc["knob.py:Knob"].isna().all()
-    table = results.table().set_index(["tracker", "sequence"])
+    table = results.table.set_index(["tracker", "sequence"])
     assert table.loc[("knob.py:Knob", "Small"), "status"] == "stale"
     assert np.isnan(table.loc[("knob.py:Knob", "Small"), "mean_overlap"])
     assert "stale" in trackmark("compare", "--results", "trial", status=2).stderr
@@ -251,7 +251,7 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
         "knob.py",
         "--sequences",
         "data/Small",
-        "--output",
+        "--results-root",
         ".",
         "--name",
         "trial",
@@ -260,7 +260,7 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
 
 
 def test_runs_on_two_versions_of_a_sequence_are_not_averaged(trackmark, workspace):
-    options = ["--sequences", "data/Small", "--output", ".", "--name", "trial"]
+    options = ["--sequences", "data/Small", "--results-root", ".", "--name", "trial"]
     trackmark("run", "--trackers", "static", *options)
     (workspace / "data/Small/groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     trackmark("run", "--trackers", "camshift", *options)
@@ -273,14 +273,14 @@ def test_requested_runs_of_an_older_version_are_shown(trackmark, two_versions, w
     """Runs of the version that is requested now are not stale for this request."""
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("2 * self.random", "self.random"))
-    options = ["--sequences", "data/Small", "--name", "trial", "--output", "."]
+    options = ["--sequences", "data/Small", "--name", "trial", "--results-root", "."]
     printed = trackmark("run", "--trackers", "knob.py,static", *options).stdout
     assert "stale" not in printed
     assert "—" not in printed
 
 
 def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, workspace):
-    options = ["--trackers", "knob.py", "--output", ".", "--sequences", "data/Other"]
+    options = ["--trackers", "knob.py", "--results-root", ".", "--sequences", "data/Other"]
     trackmark("run", *options, "--name", "newer")
     trackmark("results", "remove", "trial", "--sequence", "Other", "--yes")
     refused = trackmark("results", "merge", "newer", "trial", "both", status=1).stderr
@@ -294,7 +294,7 @@ def edit_database(folder, statement):
 
 
 def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
-    trackmark(*STATIC, "data/Small", "--output", "results")
+    trackmark(*STATIC, "data/Small", "--results-root", "results")
     shutil.copytree("results/mine", "results/newer")
     edit_database(workspace / "results/newer", "PRAGMA user_version = 9")
     checked = trackmark("results", "check", "results", status=2)
@@ -308,7 +308,7 @@ def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
 
 
 def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, workspace):
-    trackmark(*STATIC, "data/Small", "--output", "results")
+    trackmark(*STATIC, "data/Small", "--results-root", "results")
     drop_last_entry_of_index(workspace / "results/mine")
     checked = trackmark("results", "check", "results")
     assert "results/mine: 1 runs, undamaged\n" in checked.stdout
@@ -327,5 +327,5 @@ def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
     remove = ("results", "remove", "results/mine", "--yes", "--protocol")
     assert "unknown protocol 'timings'" in trackmark(*remove, "timings", status=2).stderr
     assert trackmark(*remove, "timing").stdout == "Removed 1 run.\n"
-    table = bench.load_runs(workspace / "results")
-    assert table["protocol"].tolist() == ["accuracy"]
+    table = load_table(workspace / "results")
+    assert table["protocol"].tolist() == ["one-pass"]

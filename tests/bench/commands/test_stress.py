@@ -9,27 +9,27 @@ from tests.bench.commands.conftest import assert_tables_have_rows
 from trackmark.bench.stress import breaking_points
 
 SMALL = "plain/target:length=20:width=64:height=64"
-STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--knob")  # no processes
+STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--difficulty")  # no processes
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
 def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, monkeypatch):
-    monkeypatch.setattr(breaking_points, "PLACES", np.linspace(0, 1, 11))  # coarse curves
+    monkeypatch.setattr(breaking_points, "POSITIONS", np.linspace(0, 1, 11))  # coarse curves
     command = ("stress", "static", "--against", "camshift", *STRESS, "noise")
-    text = trackmark(*command, "--folder", "out").stdout
+    text = trackmark(*command, "--output", "out").stdout
     assert text.startswith("noise [grey levels], 0 to 160: ")
     assert "ten consecutive visible" in " ".join(text.split())
     assert max(map(len, text.splitlines())) <= 80
     assert_tables_have_rows(workspace / "out")
     for name in ("breaking-points.tex", "runs.csv", "curve-noise.png"):
         assert (workspace / "out" / name).is_file()
-    pool = "trackmark.bench.engine.pool.Pool.perform"
+    pool = "trackmark.bench.execution.pool.Pool.run_tasks"
     monkeypatch.setattr(pool, lambda *_: pytest.fail("a run is repeated"))
     data = json.loads(trackmark(*command, "--json").stdout)
-    assert [series["tracker"] for series in data["series"]] == ["static", "camshift"]
-    assert all(len(series["runs"]) == 20 for series in data["series"])
-    assert data["baseline"] == "camshift"
+    assert [series["tracker"] for series in data["stress_tests"]] == ["static", "camshift"]
+    assert all(len(series["runs"]) == 20 for series in data["stress_tests"])
+    assert data["against"] == "camshift"
 
 
 @pytest.mark.slow

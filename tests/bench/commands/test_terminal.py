@@ -25,10 +25,10 @@ from trackmark.bench.commands import _progress
 from trackmark.bench.commands._progress import (
     RunProgress,
     command_messages,
-    patience,
     progress_bar,
+    report_slow_work,
 )
-from trackmark.bench.commands._terminal import Outlet, complain, interruptible, outlets
+from trackmark.bench.commands._terminal import SafeStream, interruptible, print_error, safe_streams
 from trackmark.reports.printable import MAX_WIDTH, wrap
 
 
@@ -54,8 +54,8 @@ def test_long_message_is_wrapped_in_a_terminal_only(terminal, monkeypatch):
     screen = Screen(terminal=terminal)
     monkeypatch.setattr(sys, "stderr", screen)
     message = "a-file.txt: " + "this is nothing that a reader knows; " * 10
-    with outlets():
-        complain(message)
+    with safe_streams():
+        print_error(message)
     lines = screen.getvalue().splitlines()
     assert (max(map(len, lines)) <= MAX_WIDTH) == terminal
     assert (len(lines) == 1) != terminal
@@ -75,12 +75,12 @@ def test_wrapped_text_is_indented_like_its_first_line():
     assert {len(line) - len(line.lstrip()) for line in others} == {17}
 
 
-def test_outlet_of_a_closed_stream_closes_without_error():
+def test_safe_stream_of_a_closed_stream_closes_without_error():
     stream = io.TextIOWrapper(io.BytesIO())
-    outlet = Outlet(stream)
+    safe = SafeStream(stream)
     stream.close()
-    outlet.close()  # what Python does when it deletes the outlet
-    assert outlet.closed
+    safe.close()  # what Python does when it deletes a stream
+    assert safe.closed
 
 
 @pytest.fixture
@@ -90,10 +90,10 @@ def screen(monkeypatch):
     def replaced(**options):
         new = Screen(**options)
         monkeypatch.setattr(sys, "stderr", new)
-        monkeypatch.setattr(_progress, "progress_outlet", lambda: new)
+        monkeypatch.setattr(_progress, "progress_stream", lambda: new)
         return new
 
-    monkeypatch.setattr(_progress, "PATIENCE", 0.01)
+    monkeypatch.setattr(_progress, "NOTICE_DELAY", 0.01)
     monkeypatch.setattr(_progress, "INTERVAL", 0.01)
     monkeypatch.setattr(_progress._Screen, "announced", set())
     return replaced
@@ -102,7 +102,7 @@ def screen(monkeypatch):
 @pytest.mark.parametrize("terminal", [True, False])
 def test_long_work_is_named_with_its_progress(screen, terminal):
     screen = screen(terminal=terminal, text="Opening: 1 of 3 …")
-    with patience("Opening") as count:
+    with report_slow_work("Opening") as count:
         count(1, 3)
         assert screen.shown.wait(300)
     start = "" if terminal else r"\d\d:\d\d:\d\d wait     "
@@ -129,7 +129,7 @@ ROWS = [
 @pytest.mark.parametrize("terminal", [True, False])
 def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
     screen = screen(terminal=terminal, text="left")
-    execution = SimpleNamespace(units=SimpleNamespace(runs=3, work=30))
+    execution = SimpleNamespace(tasks=SimpleNamespace(n_runs=3, work=30))
     with RunProgress("two: 1 tracker, 1 sequence, 3 runs", Path("results/two")) as progress:
         progress.expect(execution)
         progress.begin()
@@ -159,7 +159,7 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
 def test_command_without_missing_runs_shows_no_progress(screen):
     screen = screen(terminal=False)
     with RunProgress("none") as progress:
-        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=0, work=0)))
+        progress.expect(SimpleNamespace(tasks=SimpleNamespace(n_runs=0, work=0)))
         progress.begin()
     assert screen.getvalue() == ""
 
@@ -225,14 +225,14 @@ def screen_lines(text, columns):
 @pytest.mark.parametrize("columns", [40, 60, 80, 200])
 def test_messages_are_written_above_the_bar(terminal, columns):
     read = terminal(columns)
-    execution = SimpleNamespace(units=SimpleNamespace(runs=2, work=30))
-    with outlets(), command_messages(), RunProgress("title") as progress:
+    execution = SimpleNamespace(tasks=SimpleNamespace(n_runs=2, work=30))
+    with safe_streams(), command_messages(), RunProgress("title") as progress:
         progress.expect(execution)
         progress.begin()
         progress.update(15)
         logging.getLogger("trackmark").warning("Compiling.")
         click.echo("A row.")
-        complain("no")
+        print_error("no")
         print("In", "pieces.")  # noqa: T201  # what another package could do
         with progress_bar("Scoring", 3, "run") as count:  # one bar at a time
             count(3)
@@ -250,7 +250,7 @@ def test_output_in_a_terminal_is_not_cut_within_words(terminal, columns):
     row = '{"long": "' + "x y " * 60 + '"}'
     cells = "  ".join(words)
     read = terminal(columns)
-    with outlets():
+    with safe_streams():
         click.echo("    " + " ".join(words))
         click.echo(" ".join(words), err=True)
         click.echo(cells)
@@ -271,7 +271,7 @@ def test_piped_output_does_not_depend_on_the_terminal(terminal, monkeypatch):
     pipe = io.StringIO()
     monkeypatch.setattr(sys, "stdout", pipe)
     monkeypatch.setattr(sys, "__stdout__", pipe)
-    with outlets():
+    with safe_streams():
         click.echo(wrap(text))
         click.echo(text, err=True)
     assert 60 < max(map(len, pipe.getvalue().splitlines())) <= MAX_WIDTH
@@ -281,8 +281,8 @@ def test_piped_output_does_not_depend_on_the_terminal(terminal, monkeypatch):
 def test_dumb_terminal_shows_lines_instead_of_a_bar(terminal, monkeypatch):
     read = terminal(80)
     monkeypatch.setenv("TERM", "dumb")
-    with outlets(), RunProgress("title") as progress:
-        progress.expect(SimpleNamespace(units=SimpleNamespace(runs=1, work=30)))
+    with safe_streams(), RunProgress("title") as progress:
+        progress.expect(SimpleNamespace(tasks=SimpleNamespace(n_runs=1, work=30)))
         progress.begin()
         progress.add({"status": "finished"})
     assert [line[9:] for line in read()] == [
@@ -308,14 +308,14 @@ def test_interrupt_in_a_foreign_callback_ends_the_command(monkeypatch, capsys):
             pass
 
     monkeypatch.setattr(sys, "unraisablehook", sys.__unraisablehook__)
-    with pytest.raises(KeyboardInterrupt), outlets(), interruptible():
+    with pytest.raises(KeyboardInterrupt), safe_streams(), interruptible():
         interrupted_call(callback)
     assert capsys.readouterr().err == ""
 
 
-def test_outlets_let_other_packages_print_no_colours(monkeypatch):
+def test_safe_streams_let_other_packages_print_no_colours(monkeypatch):
     monkeypatch.delenv("NO_COLOR", raising=False)
-    with outlets():
+    with safe_streams():
         assert os.environ["NO_COLOR"] == "1"
     assert "NO_COLOR" not in os.environ
 

@@ -44,7 +44,7 @@ def import_results(trackmark, workspace):
         paths = f"gt={theirs}", "--sequences", sequences, "--name", "imported"
         done = trackmark("results", "import", *paths)
         trackmark(
-            *("report", "results/imported", "--metrics", preset, "--folder", "report"),
+            *("report", "results/imported", "--metrics", preset, "--output", "report"),
             "--no-pictures",
         )
         with (workspace / f"report/metrics-{preset}.csv").open() as file:

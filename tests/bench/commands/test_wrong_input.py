@@ -10,7 +10,7 @@ from tests.bench.conftest import messages
 
 SMALL = "--sequences data/Small"
 SCENES = f"{TINY},{TINY}:scene=1"
-STRESS = f"stress static --runs 20 --jobs 1 --sequences {TINY} --knob noise"
+STRESS = f"stress static --runs 20 --jobs 1 --sequences {TINY} --difficulty noise"
 STATIC = f"run --trackers static {SMALL}"
 SUPERVISED = f"compare static camshift --sequences {SCENES} --protocol supervised --metrics vot"
 COMPARE = f"compare static --results-of MINE=theirs --sequences {SCENES}"
@@ -34,9 +34,9 @@ run demo demo | Give one experiment
 run --trackers static --sequences plain/target:sped=3 | 'speed'
 run --trackers static --sequences nowhere | nowhere
 {STATIC} --frame-limit 0 | a value above 0
-{STATIC} --engine dusk | Did you mean 'dask'
+{STATIC} --backend dusk | Did you mean 'dask'
 {STATIC} --address tcp://nowhere:1 | --address is only valid with
-{STATIC} --seeds 0 | x>=1
+{STATIC} --repetitions 0 | x>=1
 {STATIC} --quiet --verbose | exclude each other
 rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --memory-limit much | 'much' is not a valid size
@@ -44,12 +44,12 @@ rum --trackers static {SMALL} | unknown command 'rum'. Did you mean 'run'?
 {STATIC} --protocol supervise | Did you mean 'supervised'?
 {STATIC} --protocol tre:starts=none | parameter starts=none
 {STATIC} --protocol sre --timing | timing runs are one-pass
-{STATIC} --output file/results | --output
+{STATIC} --results-root file/results | --results-root
 run nonsense | unknown experiment 'nonsense'
 run missing.toml | missing.toml
 run sweep.toml | sequences expands to 1000000000 combinations
 run many.toml | an experiment has at most 1000000
-run --trackers static,knob.py:Knob {SMALL} --seeds 1000000000000 | 1000000000001 runs are requested
+run --trackers static,knob.py:Knob {SMALL} --repetitions 1000000000000 | 1000000000001 runs are
 run lists.toml | nested too deeply
 run tables.toml | nested too deeply
 run nul-tracker.toml | a\\u0000.py: this tracker file does not exist
@@ -60,15 +60,15 @@ describe kcf:preset=as-written | Did you mean the tracker 'opencv-kcf'?
 describe '' | empty
 describe data/Small/img --attributes | there is no ground truth
 report nowhere | nowhere
-report data --metrics '' | at least one preset
+report data --metrics '' | name at least one
 report data --metrics otbb | Did you mean 'otb'?
 report | Give RESULTS
 report --results-of A=theirs | Give RESULTS
 report --sequences data/Small | Give RESULTS
 report data --json --format csv | exclude each other
-report data --format pdf | --folder
-report data --json --frames | --folder
-report data --no-pictures --frames | --folder
+report data --format pdf | --output
+report data --json --frames | --output
+report data --no-pictures --frames | --output
 results list nowhere | nowhere
 compare static camshift | Give either --sequences or --results
 compare --sequences {SCENES} | at least two trackers
@@ -83,10 +83,10 @@ compare --results nowhere --margin nan | not a finite number
 {SUPERVISED} --metric eao | eao is a score of all sequences together
 {SUPERVISED} --metric eao | Choose one of accuracy, failures, robustness
 {STRESS}=0..9,noise | a name is given twice
-{STRESS} --knob '' | the list is empty
-{STRESS} --knob nois | Did you mean 'noise'
+{STRESS} --difficulty '' | the list is empty
+{STRESS} --difficulty nois | Did you mean 'noise'
 {STRESS} --sequences nowhere | nowhere
-{STRESS} --knob occlusion | is too long
+{STRESS} --difficulty occlusion | is too long
 {STRESS}=0..900 | Expected: a number from 0 to 255
 {STRESS} --runs 3 | 20
 reproduce multi-part | Did you mean 'multipart'?
@@ -108,12 +108,12 @@ reproduce multipart --quick --all | either --quick or --all
 {ANNOTATE} | key frames
 show data/Small | Use --output FILE
 show data/Small --output a.gif | neither .png nor .mp4
-show data/Small --output a.png --first 9 | not among 0 to 4
-show data/Small --output a.png --trace revised | requires --results
-show data/Small --live static --first 1 | exclude each other
+show data/Small --output a.png --first-frame 9 | not among 0 to 4
+show data/Small --output a.png --trajectory revised | requires --results
+show data/Small --live static --first-frame 1 | exclude each other
 check nowhere | baseline not found
 baseline a/b --trackers static {SMALL} | 'a/b' is not a valid name of a baseline
-baseline own --trackers static {SMALL} --detect nan | nan is not a finite number
+baseline own --trackers static {SMALL} --detectable-drop nan | nan is not a finite number
 {STATIC} --memory-limit 511.9MB | is 511,900,000, below the minimum of 512,000,000 (512 MB)
 {STATIC} --name '' | '' is not a valid name of a results folder
 {STATIC} --name ' ' | ' ' is not a valid name of a results folder
@@ -170,7 +170,7 @@ NAMES = f"""
 run NAME.toml
 run --trackers static --sequences NAME
 run --trackers NAME.py {SMALL}
-{STATIC} --output NAME
+{STATIC} --results-root NAME
 describe NAME
 describe NAME/tracker.py
 show data/Small --output NAME.png
@@ -202,7 +202,7 @@ def test_name_that_cannot_be_a_file_is_one_short_message(trackmark, one_line, wo
         assert message.startswith("trackmark: "), line
         assert len(message) < 1000, line
         assert "loop" in message or name == LONG, line
-    for command, option in (("describe", "--truth"), ("annotate", "--keys")):
+    for command, option in (("describe", "--truth"), ("annotate", "--key-frames")):
         message = trackmark(command, "data", option, LONG, status=2).stderr
         assert "does not exist" in message
         assert max(map(len, message.splitlines())) < 1000
@@ -224,7 +224,7 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
         raise OSError(24, "Too many open files")
 
     importlib.import_module("trackmark.bench.store.data_frames")  # keeps the true function
-    monkeypatch.setattr("trackmark.bench.store.layout.experiment_folders", fail)
+    monkeypatch.setattr("trackmark.bench.store.keys.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
 

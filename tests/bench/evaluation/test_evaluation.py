@@ -7,10 +7,9 @@ import pytest
 
 import trackmark as tm
 from tests.bench.evaluation.walkers import Walker, misbehaving
-from trackmark import bench
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.protocols import STORED_ONE_PASS, TIMING
+from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.datasets import SequenceError
 from trackmark.trackers import Estimate
 from trackmark.trackers.base.sharing import SharingTracker
@@ -24,7 +23,7 @@ def test_tracker_starts_with_the_target_and_sees_later_frames(make_sequence):
         return created_trackers[-1]
 
     sequence = make_sequence(n=8, absent=(0, 1, 5))
-    run = bench.evaluate_run(maker, sequence)
+    run = evaluate_run(maker, sequence)
     assert created_trackers[0].shown == [int(sequence[i].sum()) for i in range(2, 8)]
     assert np.isnan(run.boxes[:2]).all()
     np.testing.assert_array_equal(run.boxes[2], sequence.boxes[2])
@@ -103,18 +102,18 @@ def test_ctrl_c_is_not_a_failure_of_the_tracker(make_sequence):
         raise KeyboardInterrupt
 
     with pytest.raises(KeyboardInterrupt):
-        bench.evaluate_run(misbehaving(interrupt), make_sequence())
+        evaluate_run(misbehaving(interrupt), make_sequence())
 
 
 def test_negative_repetition_is_refused(make_sequence):
     with pytest.raises(ValueError, match="repetition is -1"):
-        bench.evaluate_run(Walker, make_sequence(), -1)
+        evaluate_run(Walker, make_sequence(), -1)
 
 
 def test_tracker_without_a_file_runs(make_sequence):
     names = {"Walker": Walker}
     exec(compile("make = lambda seed: Walker(seed)", "<stdin>", "exec"), names)
-    assert bench.evaluate_run(names["make"], make_sequence()).status == "finished"
+    assert evaluate_run(names["make"], make_sequence()).status == "finished"
 
 
 def test_identity_is_computed_before_the_run(make_sequence, tmp_path):
@@ -130,8 +129,8 @@ def test_identity_is_computed_before_the_run(make_sequence, tmp_path):
         "        return Estimate(self.box)\n"
     )
     before = parse_tracker(f"{file}:Editing").version
-    run = bench.evaluate_run(f"{file}:Editing", make_sequence())
-    assert run.identity.tracker_version == before
+    run = evaluate_run(f"{file}:Editing", make_sequence())
+    assert run.identity.tracker_code == before
     assert parse_tracker(f"{file}:Editing").version != before
 
 
@@ -139,14 +138,14 @@ def test_tracker_that_cannot_be_created_is_a_failed_run(make_sequence):
     def unmakeable(seed):
         raise RuntimeError("no licence")
 
-    run = bench.evaluate_run(unmakeable, make_sequence())
+    run = evaluate_run(unmakeable, make_sequence())
     assert run.failure.startswith("frame 0: RuntimeError: no licence")
     assert "Traceback" in run.failure
     with pytest.raises(ValueError, match="no licence"):
         tm.score(run, make_sequence())
 
 
-@pytest.mark.parametrize("protocol", [STORED_ONE_PASS, TIMING])
+@pytest.mark.parametrize("protocol", [ONE_PASS, TIMING])
 def test_frame_of_another_size_is_an_error(make_sequence, protocol):
     sequence = make_sequence(n=8)
     sequence.frames = [np.zeros((24, 32 + (frame == 5), 3), np.uint8) for frame in range(8)]
@@ -162,8 +161,8 @@ def test_arrays_and_masks_are_kept_on_request(make_sequence):
         return Estimate(tracker.box, mask=mask, arrays={"cloud": np.arange(3)})
 
     maker = misbehaving(draw)
-    assert bench.evaluate_run(maker, make_sequence()).arrays == {}
-    arrays = bench.evaluate_run(maker, make_sequence(), keep_arrays=True).arrays
+    assert evaluate_run(maker, make_sequence()).arrays == {}
+    arrays = evaluate_run(maker, make_sequence(), keep_arrays=True).arrays
     assert list(arrays) == [3]
     np.testing.assert_array_equal(arrays[3]["cloud"], [0, 1, 2])
     assert arrays[3]["mask"].all()
@@ -171,18 +170,18 @@ def test_arrays_and_masks_are_kept_on_request(make_sequence):
 
 def test_tracker_instance_is_refused(make_sequence):
     with pytest.raises(TypeError, match="seed is unknown"):
-        bench.evaluate_run(Walker(0), make_sequence())
+        evaluate_run(Walker(0), make_sequence())
 
 
 def test_sequence_without_ground_truth_is_refused(make_sequence):
     sequence = make_sequence(n=4, absent=range(4))
     with pytest.raises(SequenceError, match="no ground truth"):
-        bench.evaluate_run("static", sequence)
+        evaluate_run("static", sequence)
 
 
 def test_static_has_the_scores_of_its_first_box(make_sequence):
     sequence = make_sequence(n=9)
-    scores = tm.score(bench.evaluate_run("static", sequence), sequence)
+    scores = tm.score(evaluate_run("static", sequence), sequence)
     distance = np.arange(1, 9) * 0.5
     assert scores["centre_error"] == pytest.approx(distance.mean())
     assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))

@@ -4,15 +4,13 @@ import numpy as np
 import pytest
 
 import trackmark as tm
-from trackmark import bench
-from trackmark.bench.analysis.stored_runs import judged_runs
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import Sequence, SequenceError
 
 N = 6
@@ -31,21 +29,21 @@ def sequence():
 
 
 def test_run_starts_from_the_region_of_its_spec(sequence):
-    run = bench.evaluate_run("static:init=full", sequence)
+    run = evaluate_run("static:init=full", sequence)
     np.testing.assert_array_equal(run.boxes, np.tile(sequence.regions["full"][0], (N, 1)))
     assert run.identity.init == "full"
     assert run.identity.tracker == "static:init=full"
 
 
 def test_run_is_scored_by_the_region_of_its_start(sequence):
-    run = bench.evaluate_run("static:init=full", sequence)
+    run = evaluate_run("static:init=full", sequence)
     by_hand = tm.score(
         run.boxes, Sequence("p", sequence.frames, sequence.regions["full"], fingerprint="g")
     )
     scores = tm.score(run, sequence)
     assert scores["mean_overlap"] == by_hand["mean_overlap"]
     assert scores["centre_error"] == by_hand["centre_error"]
-    plain = tm.score(bench.evaluate_run("static", sequence), sequence)
+    plain = tm.score(evaluate_run("static", sequence), sequence)
     assert plain["mean_overlap"] != scores["mean_overlap"]
 
 
@@ -60,12 +58,12 @@ def test_region_changes_identity_but_not_seed(sequence):
 def test_unknown_region_is_named_with_the_known_ones(sequence):
     for region, hint in (("ful", r"Did you mean 'full'\?"), ("xyz", "Known: boxes, full, late")):
         with pytest.raises(SequenceError, match=f"person has no region '{region}' .*{hint}"):
-            bench.evaluate_run(f"static:init={region}", sequence)
+            evaluate_run(f"static:init={region}", sequence)
 
 
 def test_region_absent_in_first_target_frame_is_rejected(sequence):
     with pytest.raises(SequenceError, match="'late' is absent in frame 0"):
-        bench.evaluate_run("static:init=late", sequence)
+        evaluate_run("static:init=late", sequence)
 
 
 def test_timing_run_starts_from_the_region(sequence):
@@ -74,18 +72,19 @@ def test_timing_run_starts_from_the_region(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.manifest import Manifest
+    from trackmark.bench.store.run_store import RequestedRuns
 
-    results = Results(tmp_path / "trial")
-    runs = [bench.evaluate_run(text, sequence) for text in ("static", "static:init=full")]
-    results.prepare(Manifest("trial", {}))
-    write_truth(results.folder, sequence)
+    results = RunStore(tmp_path / "trial")
+    runs = [evaluate_run(text, sequence) for text in ("static", "static:init=full")]
+    results.add_requests(RequestedRuns("trial", {}))
+    add_truth_of(results.folder, sequence)
     for run in runs:
-        results.write(run)
-    stored = load_runs(results.folder).set_index("tracker")
-    page = collect_runs(judged_runs(results.folder), [])
-    (stage,) = page.stages
-    drawn = {page.trackers[clip.take.tracker]: clip.overlaps for clip in stage.clips}
+        results.add(run)
+    opened = Runs.open(results.folder)
+    stored = opened.table.set_index("tracker")
+    page = collect_runs(opened.read(opened.evaluated_rows()), [])
+    (sequence_runs,) = page.sequences
+    drawn = {page.trackers[entry.tracker]: entry.overlaps for entry in sequence_runs.one_pass}
     for run in runs:
         expected = tm.score(run, sequence)["mean_overlap"]
         assert stored.loc[run.identity.tracker, "mean_overlap"] == expected

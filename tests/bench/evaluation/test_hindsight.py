@@ -5,8 +5,7 @@ import pytest
 
 import trackmark as tm
 from tests.bench.evaluation.walkers import Walker, misbehaving
-from trackmark import bench
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.trackers import Estimate
 
@@ -16,8 +15,8 @@ def test_revised_boxes_are_kept_apart(make_sequence):
         return Estimate(tracker.box, revised={1: tracker.box, 2: tracker.box + [1, 0, 0, 0]})
 
     sequence = make_sequence(n=6)
-    run = bench.evaluate_run(misbehaving(revise), sequence)
-    plain = bench.evaluate_run(misbehaving(lambda i, t: Estimate(t.box)), sequence)
+    run = evaluate_run(misbehaving(revise), sequence)
+    plain = evaluate_run(misbehaving(lambda i, t: Estimate(t.box)), sequence)
     np.testing.assert_array_equal(run.boxes, plain.boxes)
     np.testing.assert_array_equal(run.revised[1], run.boxes[3])
     np.testing.assert_array_equal(run.revised[3:], run.boxes[3:])
@@ -25,14 +24,14 @@ def test_revised_boxes_are_kept_apart(make_sequence):
     assert online == tm.score(run.boxes, sequence) | {
         "absence_reported": online["absence_reported"]
     }
-    assert tm.score(run, sequence, trace="revised")["centre_error"] != online["centre_error"]
+    assert tm.score(run, sequence, trajectory="revised")["centre_error"] != online["centre_error"]
 
 
 def test_revised_frames_count_the_shown_ones(make_sequence):
     def revise(image, tracker):
         return Estimate(tracker.box, revised={np.int64(0): tracker.box, 3: tracker.box})
 
-    run = bench.evaluate_run(misbehaving(revise), make_sequence(n=8, absent=(0, 1)))
+    run = evaluate_run(misbehaving(revise), make_sequence(n=8, absent=(0, 1)))
     assert np.isnan(run.revised[:2]).all(), "frames before the target"
     np.testing.assert_array_equal(run.revised[[2, 5]], run.boxes[[5, 5]])
 
@@ -57,9 +56,9 @@ def test_final_corrections_are_revised_boxes(make_sequence):
 
     maker = finishing(final_boxes)
     maker.__qualname__ = Walker.__qualname__  # for the same random numbers
-    run = bench.evaluate_run(maker, sequence)
+    run = evaluate_run(maker, sequence)
     assert frame_counts == [6]  # once, when all frames were shown
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Walker, sequence).boxes)
     np.testing.assert_array_equal(run.revised[2], run.boxes[5])
     np.testing.assert_array_equal(run.revised[5], run.boxes[5] + [1, 0, 0, 0])
     np.testing.assert_array_equal(run.revised[[0, 1, 3, 4]], run.boxes[[0, 1, 3, 4]])
@@ -91,11 +90,9 @@ def test_failed_tracker_is_not_asked_for_corrections(make_sequence):
         call_number=2,
         act=lambda i, t: 1 / 0,
     )
-    assert bench.evaluate_run(maker, make_sequence()).failure.startswith(
-        "frame 2: ZeroDivisionError"
-    )
+    assert evaluate_run(maker, make_sequence()).failure.startswith("frame 2: ZeroDivisionError")
     assert finished_trackers == []
-    assert bench.evaluate_run(finishing(lambda tracker: {}), make_sequence()).revised is None
+    assert evaluate_run(finishing(lambda tracker: {}), make_sequence()).revised is None
 
 
 class Watching(Walker):
@@ -122,9 +119,9 @@ def late(make_sequence):
 
 
 def test_watcher_is_shown_frames_before_the_target(late):
-    bench.evaluate_run(Walker, late)
+    evaluate_run(Walker, late)
     assert set(late.frames.requested) == set(range(3, 8)), "no tracker watches"
-    run = bench.evaluate_run(lambda seed: Watching(seed), late)
+    run = evaluate_run(lambda seed: Watching(seed), late)
     assert not run.failure
     assert Watching.seen == [int(late[frame].sum()) for frame in range(3)]
     assert np.isnan(run.boxes[:3]).all()

@@ -5,11 +5,12 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackmark.bench.evaluation.interleaved_timing import Clip, Setup, TurnError, time_interleaved
+from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
+from trackmark.bench.evaluation.timed_clips import Clip, Setup
 
 TRACKER = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
-from trackmark.bench.evaluation import interleaved_timing
+from trackmark.bench.evaluation import timed_clips
 
 ticks = 0.0
 
@@ -19,10 +20,10 @@ class Clock:
         self.started = ticks
 
     def stop(self):
-        return interleaved_timing.TurnTime(ticks - self.started, 0.0)
+        return timed_clips.TurnTime(ticks - self.started, 0.0)
 
 
-interleaved_timing.CLOCK = Clock()
+timed_clips.CLOCK = Clock()
 
 
 class Mine(TrackerPlugin):
@@ -48,7 +49,7 @@ def clips(tmp_path):
     np.save(tmp_path / "frames.npy", frames)
     np.save(tmp_path / "mask.npy", np.ones((2, 3), bool))
     place, mask = str(tmp_path / "frames.npy"), str(tmp_path / "mask.npy")
-    return [Clip(images=place, first=2, box=(0, 0, 2, 2), frames=5, mask=mask, seed=(1, 2))]
+    return [Clip(images=place, first=2, box=(0, 0, 2, 2), n_frames=5, mask=mask, seed=(1, 2))]
 
 
 @pytest.fixture
@@ -86,7 +87,7 @@ def test_old_tracker_imports_old_modules(tracker, clips, tmp_path, monkeypatch):
     ("then", "words"),
     [
         ("raise RuntimeError('no\\nmore')", "RuntimeError: no more"),
-        ("import os; os._exit(3)", "its process ended"),
+        ("import os; os._exit(3)", "the process ended with status 3"),
         ("ticks = float('nan')", "nan is not a duration"),
         ("ticks = 0.0", "0.0 is not a duration"),
     ],

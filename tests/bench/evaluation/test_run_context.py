@@ -67,7 +67,7 @@ def run(sequence, *trackers):
 def test_late_draws_have_numbers_of_their_run_only(make_sequence, name, frame):
     sequence, tracker = make_sequence(n=20), late(DRAWS[name], frame)
     (alone,) = run(sequence, tracker)
-    assert alone.circumstances["generators"] == [name]
+    assert alone.metadata["generators"] == [name]
     assert alone.boxes[-1, 0] != sequence.boxes[0, 0]
     others = run(sequence, late(DRAWS[name], 1), tracker, late(DRAWS[name], 7))
     np.testing.assert_array_equal(others[1].boxes, alone.boxes)
@@ -100,7 +100,7 @@ def test_late_change_of_folder_is_kept_from_others(make_sequence, tmp_path):
 
     runs = run(make_sequence(n=20), Moves, Stays)
     assert [entry.failure for entry in runs] == ["", ""]
-    assert "generators" not in runs[0].circumstances
+    assert "generators" not in runs[0].metadata
     assert Path.cwd() == home
 
 

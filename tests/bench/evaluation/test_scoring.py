@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import trackmark as tm
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench.evaluation import loop
-from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, run_protocol
+from trackmark.bench.evaluation.loop import WARM_UP_FRAMES, evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import TIMING
 from trackmark.trackers import Estimate
@@ -31,17 +31,17 @@ def test_boxes_of_any_origin_are_scored():
     assert tm.score(shifted.tolist(), face)["centre_error"] == pytest.approx(5)
 
 
-def test_unknown_preset_or_trace_is_refused(make_sequence):
+def test_unknown_preset_or_trajectory_is_refused(make_sequence):
     sequence = make_sequence()
     with pytest.raises(ValueError, match=r"'otbx'\. Did you mean 'otb'\?"):
         tm.score(sequence.boxes, sequence, "otbx")
-    with pytest.raises(ValueError, match="unknown trace"):
-        tm.score(bench.evaluate_run("static", sequence), sequence, trace="later")
+    with pytest.raises(ValueError, match="unknown trajectory"):
+        tm.score(evaluate_run("static", sequence), sequence, trajectory="later")
 
 
 def test_run_with_restarts_is_scored_by_supervised_presets_alone(make_sequence):
     sequence = make_sequence(n=4)
-    run = bench.evaluate_run("static", sequence)
+    run = evaluate_run("static", sequence)
     restarted = replace(run, states=np.array([1, 0, 2, 1]))
     with pytest.raises(ValueError, match="it has restarts"):
         tm.score(restarted, sequence)
@@ -73,11 +73,11 @@ def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     assert warm_up == WARM_UP_FRAMES - 1
     assert set(passes) == {29}  # other load can cause more than one pass
     assert run.identity.protocol == "timing"
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Counting, sequence).boxes)
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Counting, sequence).boxes)
     assert run.times.seconds.shape == (29,)
     assert (run.times.seconds > 0).all()
     assert run.times.is_first.tolist() == [True] + [False] * 28
-    assert run.circumstances["ms_per_frame"] == pytest.approx(1e3 * run.times.seconds[1:].mean())
+    assert run.metadata["ms_per_frame"] == pytest.approx(1e3 * run.times.seconds[1:].mean())
 
 
 def test_disturbed_pass_is_repeated_and_the_quietest_is_kept(make_sequence, monkeypatch):
@@ -100,7 +100,7 @@ def test_disturbed_pass_is_repeated_and_the_quietest_is_kept(make_sequence, monk
     Counting.instances.clear()
     run = time_run(Counting, make_sequence(n=30))
     assert len(Counting.instances) == 1 + loop.MAX_TIMED_PASSES
-    assert run.circumstances["run_delay_share"] == pytest.approx(0.5)
+    assert run.metadata["run_delay_share"] == pytest.approx(0.5)
     assert run.times.is_disturbed
 
 
@@ -138,6 +138,6 @@ def test_timing_run_has_one_thread_and_shares_nothing(make_sequence):
 
 
 def test_run_is_not_scored_on_another_sequence(make_sequence):
-    run = bench.evaluate_run("static", make_sequence(n=9))
+    run = evaluate_run("static", make_sequence(n=9))
     with pytest.raises(ValueError, match="another sequence"):
         tm.score(run, make_sequence(n=9, absent=(3,)))

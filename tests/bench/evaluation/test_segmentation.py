@@ -6,15 +6,15 @@ import numpy as np
 import pytest
 
 import trackmark as tm
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench.analysis.run_tables import tables
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import contour_accuracy, region_similarity
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.data_frames import load_runs
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.trackers import Estimate
 
 SHAPE = (24, 32)
@@ -77,9 +77,7 @@ def make(make_sequence):
 
 def test_frames_after_the_first_are_compared(make):
     sequence, _ = make(n=7, absent=(0,))
-    segmentation = bench.evaluate_run(
-        segmenting(lambda call: square(3 + call)), sequence
-    ).segmentation
+    segmentation = evaluate_run(segmenting(lambda call: square(3 + call)), sequence).segmentation
     expected = [region_similarity(square(3 + call), square(4)) for call in range(1, 6)]
     assert np.isnan(segmentation.region_similarity[:2]).all()
     assert segmentation.region_similarity[2:].tolist() == expected
@@ -92,7 +90,7 @@ def test_frames_after_the_first_are_compared(make):
 
 def test_true_mask_is_read_once_and_only_if_needed(make):
     sequence, masks = make(n=4)
-    bench.evaluate_run("static", sequence)
+    evaluate_run("static", sequence)
     assert masks.requested == [0]
     masks.requested.clear()
     entries = [(parse_tracker("static"), 0)]
@@ -105,7 +103,7 @@ def test_true_mask_is_read_once_and_only_if_needed(make):
 def test_empty_or_missing_mask_has_lost_the_target(make):
     masks = {1: None, 2: square(4), 3: square(4, 0), 4: None, 5: square(4)}
     sequence, _ = make()
-    run = bench.evaluate_run(segmenting(masks.get), sequence)
+    run = evaluate_run(segmenting(masks.get), sequence)
     for values in vars(run.segmentation).values():
         np.testing.assert_array_equal(values, [np.nan, np.nan, 1, 0, 0, 1])
     assert tm.score(run, sequence)["mean_region_similarity"] == 0.5
@@ -113,17 +111,17 @@ def test_empty_or_missing_mask_has_lost_the_target(make):
 
 def test_frame_without_true_mask_is_not_compared(make, make_sequence):
     maker = segmenting(lambda call: square(4))
-    segmentation = bench.evaluate_run(maker, make(unknown=(2, 4))[0]).segmentation
+    segmentation = evaluate_run(maker, make(unknown=(2, 4))[0]).segmentation
     np.testing.assert_array_equal(np.isnan(segmentation.region_similarity), [1, 0, 1, 0, 1, 0])
     sequence = make_sequence()
-    run = bench.evaluate_run(maker, sequence)
+    run = evaluate_run(maker, sequence)
     assert run.segmentation is None
     assert not set(NAMES) & tm.score(run, sequence).keys()
 
 
 def test_empty_mask_is_right_if_the_target_is_absent(make):
     sequence, _ = make(empty=(2, 3), absent=(2, 3))
-    run = bench.evaluate_run(segmenting(lambda call: square(4, 8 * (call != 2))), sequence)
+    run = evaluate_run(segmenting(lambda call: square(4, 8 * (call != 2))), sequence)
     np.testing.assert_array_equal(run.segmentation.region_similarity, [np.nan, 1, 1, 0, 1, 1])
 
 
@@ -137,10 +135,10 @@ def test_masks_are_never_compared_in_timing_runs(make):
 
 
 def test_segmentation_is_stored_with_the_run(make, tmp_path):
-    run = bench.evaluate_run(segmenting(lambda call: square(3 + call)), make()[0])
+    run = evaluate_run(segmenting(lambda call: square(3 + call)), make()[0])
     for name, stored in (("with", run), ("without", replace(run, segmentation=None))):
-        results = Results(tmp_path / name)
-        assert results.write(stored)
+        results = RunStore(tmp_path / name)
+        assert results.add(stored)
         back = results.read(run_key(run.identity)).segmentation
         if stored.segmentation is None:
             assert back is None
@@ -175,7 +173,7 @@ def stored(tmp_path_factory, run_trial):
 
 
 def test_stored_scores_equal_scores_of_the_masks(stored):
-    runs = load_runs(stored).set_index("tracker_name")
+    runs = Runs.open(stored).table.set_index("tracker_name")
     assert runs.loc["static", list(NAMES)].isna().all(axis=None)
     segmented = runs.drop(index="static")
     assert len(segmented) == 2
@@ -191,10 +189,10 @@ def test_stored_scores_equal_scores_of_the_masks(stored):
 
 
 def test_tables_have_columns_of_masks(stored):
-    tables_by_name = {table.name: table for table in tables(stored)}
+    tables_by_name = {table.name: table for table in tables(Runs.open(stored))}
     assert list(tables_by_name) == ["summary", "sequences", "segmentation"]
     assert "DAVIS" in tables_by_name["segmentation"].caption
-    scores = load_runs(stored).set_index("tracker_name").drop(index="static")
+    scores = Runs.open(stored).table.set_index("tracker_name").drop(index="static")
     for column, name in (
         ("region similarity J", "mean_region_similarity"),
         ("contour accuracy F", "mean_contour_accuracy"),
@@ -202,7 +200,7 @@ def test_tables_have_columns_of_masks(stored):
         values = [scores[name].mean(), *scores[name]]
         texts = []
         for table in (tables_by_name["summary"], tables_by_name["sequences"]):
-            texts += [row[table.heads.index(column)].text for row in table.rows]
+            texts += [row[table.headings.index(column)].text for row in table.rows]
         assert texts == [text for value in values for text in ("—", f"{value:.3f}")]
     _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
@@ -210,9 +208,10 @@ def test_tables_have_columns_of_masks(stored):
 
 
 def test_tables_without_masks_have_no_such_columns(stored):
-    sequences = load_runs(stored)["sequence"].unique()
-    cells = [("static", sequence, 0, "accuracy") for sequence in sequences]
-    tables_without_masks = tables(stored, cells)
+    runs = Runs.open(stored)
+    sequences = runs.table["sequence"].unique()
+    keys = [("static", sequence, 0, "one-pass") for sequence in sequences]
+    tables_without_masks = tables(runs.select(keys))
     assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
     for table in tables_without_masks:
-        assert not {"region similarity J", "contour accuracy F"} & set(table.heads)
+        assert not {"region similarity J", "contour accuracy F"} & set(table.headings)

@@ -1,7 +1,7 @@
 """Import of one tracker's results on one sequence."""
 
 from trackmark.bench.exchange.importing import ImportedTracker, ResultSequence, import_results
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 
 def import_runs(kind, theirs, sequence, target, on_message=lambda message: None, first_pixel=1):
@@ -15,5 +15,5 @@ def import_runs(kind, theirs, sequence, target, on_message=lambda message: None,
             name, f"fingerprint {name}", truth, f"/data/{name}", first_pixel=first_pixel
         )
     import_results([ImportedTracker("theirs", kind, theirs)], [sequence], target, on_message)
-    results = Results(target)
+    results = RunStore(target)
     return [results.read(key) for key in results.list_keys()]

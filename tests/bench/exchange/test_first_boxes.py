@@ -8,7 +8,7 @@ import pytest
 from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench.exchange.importing import ImportedTracker, import_results
 from trackmark.bench.exchange.result_format import ExchangeError, ResultSequence
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
 ONE_BASED = TRUTH + [1, 1, 0, 0]
@@ -160,7 +160,7 @@ def import_files(folder, files, first_pixel=1, name="data-{}"):
     ]
     trackers = [ImportedTracker("theirs", "otb", theirs)]
     import_results(trackers, sequences, folder / "results", messages.append)
-    results = Results(folder / "results")
+    results = RunStore(folder / "results")
     return [results.read(key).boxes for key in sorted(results.list_keys())], messages
 
 

@@ -10,7 +10,7 @@ from tests.bench.exchange.import_builder import import_runs
 from trackmark.bench import exchange
 from trackmark.bench.exchange.importing import parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 
 FRAMES = 12
 
@@ -23,7 +23,7 @@ def digit_boxes(seed=0):
 
 
 def write_results(kind, folder, rows, sequence="Some-one_1", repetition=0):
-    texts = exchange.load_format(kind).write(folder, sequence, repetition, rows)
+    texts = exchange.find_format(kind).write(folder, sequence, repetition, rows)
     for path, text in texts.items():
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text)
@@ -35,24 +35,24 @@ def import_tracker(kind, folder, truth, target, messages=None, first_pixel=0):
     return import_runs(kind, folder, ("Some-one_1", truth), target, on_message, first_pixel)
 
 
-every_format = pytest.mark.parametrize("kind", exchange.format_names())
+every_format = pytest.mark.parametrize("kind", exchange.FORMATS)
 
 
 @every_format
 @pytest.mark.parametrize("origin", [0, 1])
 def test_round_trip_keeps_boxes_and_format_is_detected(kind, origin, tmp_path):
-    boxes, result_format = digit_boxes(), exchange.load_format(kind)
+    boxes, result_format = digit_boxes(), exchange.find_format(kind)
     assert "SEQ" in result_format.expects
     shift = np.array([origin, origin, 0, 0])
     theirs = tmp_path / "theirs"
     write_results(kind, theirs, ResultRows(boxes + shift, update_seconds=0.01))
     messages = []
     (run,) = import_tracker(kind, theirs, boxes, tmp_path / "results", messages, origin)
-    expected = result_format.rounding(boxes + shift) - shift
+    expected = result_format.round_boxes(boxes + shift) - shift
     np.testing.assert_array_equal(run.boxes[0], boxes[0])
     np.testing.assert_allclose(run.boxes[1:], expected[1:], rtol=0, atol=1e-9)
     assert not messages
-    assert run.circumstances["source"] == "/data/Some-one_1"
+    assert run.metadata["source"] == "/data/Some-one_1"
     # The texts of pysot look like those of OTB.
     assert parse_imported_tracker(f"theirs={theirs}").format == ("otb" if kind == "pysot" else kind)
     assert parse_imported_tracker(f"theirs={kind}:{theirs}").format == kind
@@ -73,7 +73,7 @@ TOOLKIT_READERS = {
 @pytest.mark.parametrize("kind", TOOLKIT_READERS)
 def test_toolkit_code_reads_exported_files(kind, tmp_path):
     (file, *_) = write_results(kind, tmp_path, ResultRows(digit_boxes()))
-    expected = exchange.load_format(kind).rounding(digit_boxes())
+    expected = exchange.find_format(kind).round_boxes(digit_boxes())
     np.testing.assert_allclose(TOOLKIT_READERS[kind](file), expected, rtol=0, atol=1e-12)
 
 
@@ -81,7 +81,7 @@ CONFIDENCE = np.r_[np.nan, np.linspace(-3, 7, FRAMES - 1)]
 
 
 def test_pytracking_truncates_and_got10k_has_one_time_file(tmp_path):
-    truncated = exchange.load_format("pytracking").rounding(np.array([[1.9, -1.9, 2.5, np.nan]]))
+    truncated = exchange.find_format("pytracking").round_boxes(np.array([[1.9, -1.9, 2.5, np.nan]]))
     assert truncated.tolist() == [[1, -1, 2, 0]]
     rows = ResultRows(digit_boxes())
     n_files = [len(write_results("got10k", tmp_path, rows, repetition=k)) for k in (0, 1)]
@@ -128,11 +128,11 @@ def test_each_repetition_has_a_file_if_the_format_allows(kind, tmp_path):
     for number in range(2):
         write_results(kind, tmp_path / "theirs", ResultRows(digit_boxes(number)), repetition=number)
     runs = import_tracker(kind, tmp_path / "theirs", digit_boxes(), tmp_path / "results")
-    assert len(runs) == (2 if exchange.load_format(kind).has_repetitions else 1)
+    assert len(runs) == (2 if exchange.find_format(kind).has_repetitions else 1)
     assert [run.identity.repetition for run in runs] == list(range(len(runs)))
 
 
-@pytest.mark.parametrize("kind", sorted({*exchange.format_names()} - {"otb-json"}))
+@pytest.mark.parametrize("kind", sorted({*exchange.FORMATS} - {"otb-json"}))
 @pytest.mark.parametrize(
     ("harm", "words"),
     [
@@ -167,7 +167,7 @@ def test_damaged_bytes_give_boxes_or_an_error(kind, tries, tmp_path):
             content[place] = random.choice([*b'\n\t ,.-e0m[]{}"', random.integers(256)])
         file.write_bytes(bytes(content))
         try:
-            rows = exchange.load_format(kind).read(file)
+            rows = exchange.find_format(kind).read(file)
         except ExchangeError as error:
             refused.append(str(error))
         else:
@@ -253,7 +253,7 @@ def test_binary_files_of_vot_equal_texts(tmp_path):
     text.write_text("".join(f"{row}\n" for row in ROWS))
     file = text.with_suffix(".bin")
     file.write_bytes(binary(ROWS))
-    vot = exchange.load_format("vot")
+    vot = exchange.find_format("vot")
     for column in ("boxes", "states"):
         np.testing.assert_array_equal(*(getattr(vot.read(each), column) for each in (text, file)))
     assert vot.files(tmp_path) == {"bag": [text]}
@@ -264,7 +264,7 @@ def test_binary_files_of_vot_equal_texts(tmp_path):
 
 def test_damaged_binary_files_give_boxes_or_an_error(tmp_path):
     file = tmp_path / "bag_001.bin"
-    vot, whole, random = exchange.load_format("vot"), binary(ROWS * 3), np.random.default_rng(0)
+    vot, whole, random = exchange.find_format("vot"), binary(ROWS * 3), np.random.default_rng(0)
     refused = []
     for number in range(1000):
         content = bytearray(whole[: None if number % 3 else random.integers(len(whole))])

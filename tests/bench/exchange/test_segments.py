@@ -17,10 +17,9 @@ from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 SEQUENCE = "plain/target:length=64"
 SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]
@@ -36,11 +35,11 @@ def sequence(request):
 def store_run(run, sequence, folder):
     """Store a run as an experiment does."""
     key = run.identity
-    results = Results(folder)
+    results = RunStore(folder)
     cell = key.tracker, key.sequence, key.repetition, key.protocol
-    results.prepare(Manifest("", {cell: key.version}))
-    write_truth(folder, sequence)
-    results.write(run)
+    results.add_requests(RequestedRuns("", {cell: key.version}))
+    add_truth_of(folder, sequence)
+    results.add(run)
 
 
 def import_run(kind, theirs, sequence, folder, messages=None, first_pixel=0):
@@ -188,11 +187,11 @@ def test_vot_anchors_are_read_in_both_directions(tmp_path):
 def test_vot_anchor_in_the_middle_has_the_direction_of_the_data(tmp_path, monkeypatch):
     truth = moving_boxes(11)
     bag = datasets.load("plain/target:length=11")
-    bag.values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
+    bag.frame_values["anchor"] = np.where(np.arange(11) == 5, -1.0, 0.0)
     monkeypatch.setattr(datasets, "load", lambda *_, **__: bag)
     theirs = write_anchor_files(tmp_path / "stated", {"bag_00000005.txt": truth[5::-1]})
     assert import_bag(theirs, truth).segments[0].tolist() == [5, 4, 3, 2, 1, 0]
-    del bag.values["anchor"]
+    del bag.frame_values["anchor"]
     theirs = write_anchor_files(tmp_path / "else", {"bag_00000005.txt": truth[5:]})
     assert import_bag(theirs, truth).segments[0].tolist() == [5, 6, 7, 8, 9, 10]
 
@@ -252,10 +251,10 @@ def test_otb_tre_of_the_toolkits_starts_is_scored_as_its_mean(tmp_path):
     assert not messages
     assert run.identity.protocol == "tre"
     assert [int(frames[0]) for frames in run.segments] == starts
-    parts = score_run(run, sequence, "otb").parts
+    parts = score_run(run, sequence, "otb").segment_results
     assert len(parts) == 20
     for start, boxes, part in zip(starts, segments, parts, strict=True):
-        alone = metrics.preset("otb").score(
+        alone = metrics.find_metrics("otb").score(
             GroundTruthArrays(sequence.boxes[start:]), RunEstimates(boxes)
         )
         assert part.scores == pytest.approx(alone.scores)
@@ -300,7 +299,7 @@ def test_report_shows_imported_segments_by_their_protocol(trackmark):
     how = ("--sequences", SEQUENCE, "--protocol", "tre:starts=3")
     trackmark("run", "--trackers", "static", *how, "--name", "ours")
     trackmark("results", "export", "results/ours", "there", "--as", "otb-json", *how[2:])
-    options = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--folder", "report")
+    options = ("--results-of", "THEIRS=there/static", "--metrics", "otb", "--output", "report")
     trackmark("report", "results/ours", *options, "--no-pictures")
     (file,) = Path("report").glob("tre*metrics-otb.csv")
     with file.open() as lines:

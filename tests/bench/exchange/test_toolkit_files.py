@@ -9,8 +9,8 @@ import pytest
 from tests.bench.exchange import toolkit_files
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics.preset import RunEstimates
-from trackmark.bench.store.results import Results
+from trackmark.bench.metrics.interface import RunEstimates
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import read_truth
 
 
@@ -24,7 +24,7 @@ def approximately(scores):
 
 def judge_runs(folder, preset, origin=None):
     """Judge stored runs by sequence, with pixels counted from `origin` if it is given."""
-    runs, results = {}, Results(folder)
+    runs, results = {}, RunStore(folder)
     for path in sorted(results.list_keys()):
         run = results.read(path)
         key = run.identity
@@ -33,14 +33,14 @@ def judge_runs(folder, preset, origin=None):
         if origin is not None:
             shift = np.array([origin, origin, 0, 0])
             shifted = replace(truth, boxes=truth.boxes + shift)
-            judgement = metrics.preset(preset).score(shifted, RunEstimates(run.boxes + shift))
+            judgement = metrics.find_metrics(preset).score(shifted, RunEstimates(run.boxes + shift))
         runs.setdefault(key.sequence, []).append(judgement)
     return runs
 
 
 def scores(runs, preset, names):
     """Return scores over all sequences."""
-    overall = metrics.preset(preset).overall(list(runs.values())).scores
+    overall = metrics.find_metrics(preset).overall(list(runs.values())).scores
     return {name: overall[name] for name in names}
 
 

@@ -175,7 +175,7 @@ def export(folder, trackmark):
 
     def write_input(kind, name, repetition, rows, subfolder=""):
         target = folder / "input" / kind / subfolder
-        texts = exchange.load_format(kind).write(target, name, repetition, rows)
+        texts = exchange.find_format(kind).write(target, name, repetition, rows)
         for path, words in texts.items():
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(words)
@@ -191,7 +191,7 @@ def export(folder, trackmark):
         write_input("vot", f"made{i}", 0, ResultRows(toolkits.estimate(i), confidence))
     for name, (kind, subfolder, data, target) in EXPERIMENTS.items():
         results = f"{TRACKER}={kind}:{folder / 'input' / kind / subfolder}"
-        where = ("--sequences", folder / data, "--name", name, "--output", folder / "stored")
+        where = ("--sequences", folder / data, "--name", name, "--results-root", folder / "stored")
         trackmark("results", "import", results, *where)
         how = ["--protocol", "supervised"] if name == "baseline" else []
         trackmark(

@@ -5,17 +5,17 @@ from dataclasses import replace
 
 import pytest
 
-from trackmark.bench.execution.estimate import Estimate, estimate
+from trackmark.bench.execution.estimate import TimeEstimate, estimate_time
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 
 def estimated(folder, experiment, workers=1):
-    plan = make_plan(experiment, Results(folder / "results" / experiment.name))
-    return estimate(missing_units(plan, workers=workers), folder / "results")
+    plan = make_plan(experiment, RunStore(folder / "results" / experiment.name))
+    return estimate_time(missing_tasks(plan, n_workers=workers), folder / "results")
 
 
 @pytest.fixture
@@ -26,20 +26,22 @@ def trial(workspace):
 
 def test_estimate_multiplies_frames_by_measured_times(workspace, trial, in_this_process):
     folder = run_experiment(trial, workspace / "results", jobs=1)
-    assert estimated(workspace, trial) == Estimate(0.0, [])
+    assert estimated(workspace, trial) == TimeEstimate(0.0, [])
     with sqlite3.connect(folder / "runs.db") as database:
         database.execute("UPDATE run SET seconds = 2 * frames, frame_seconds = 0.5")
         (frames,) = database.execute("SELECT frames FROM run").fetchone()
     again = replace(trial, name="again")
-    assert estimated(workspace, again) == Estimate(frames * (2 + 2 + 0.5), [])
-    assert estimated(workspace, again, workers=2) == Estimate(frames * (2 + 2 + 0.5 + 0.5) / 2, [])
+    assert estimated(workspace, again) == TimeEstimate(frames * (2 + 2 + 0.5), [])
+    assert estimated(workspace, again, workers=2) == TimeEstimate(
+        frames * (2 + 2 + 0.5 + 0.5) / 2, []
+    )
 
 
 def test_estimate_names_trackers_without_stored_runs(workspace, trial, in_this_process):
-    assert estimated(workspace, trial) == Estimate(0.0, ["static", "camshift"])
+    assert estimated(workspace, trial) == TimeEstimate(0.0, ["static", "camshift"])
     run_experiment(replace(trial, trackers=("static",)), workspace / "results", jobs=1)
     only_camshift = replace(trial, name="new", trackers=("camshift",))
-    assert estimated(workspace, only_camshift) == Estimate(0.0, ["camshift"])
+    assert estimated(workspace, only_camshift) == TimeEstimate(0.0, ["camshift"])
     result = estimated(workspace, replace(trial, name="again"))
-    assert result.unmeasured == ["camshift"]
+    assert result.without_times == ["camshift"]
     assert result.seconds > 0

@@ -1,4 +1,4 @@
-"""Tests of plans: finished runs, stale runs and the division of the rest into work units."""
+"""Tests of plans: finished runs, stale runs and the division of the rest into tasks."""
 
 import shutil
 from dataclasses import replace
@@ -9,10 +9,10 @@ import pytest
 
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.plan import RunStatus, make_plan
+from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError
 
 TINY = "plain/target:length=12:width=64:height=64"
@@ -34,56 +34,56 @@ def experiment(workspace, **changes):
     return Experiment(**settings)
 
 
-def states(workspace, **changes):
+def statuses(workspace, **changes):
     chosen = experiment(workspace, **changes)
-    plan = make_plan(chosen, Results(workspace / "results" / chosen.name))
-    run_states = zip(plan.manifest().versions, plan.states.ravel(), strict=True)
+    plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
+    run_statuses = zip(plan.requested_runs().versions, plan.statuses.ravel(), strict=True)
     return {
-        (tracker, repetition): State(state).name.lower()
-        for (tracker, _, repetition, _), state in run_states
+        (tracker, repetition): RunStatus(status).name.lower()
+        for (tracker, _, repetition, _), status in run_statuses
     }
 
 
 @pytest.fixture
 def finished(workspace):
     run_experiment(experiment(workspace), workspace / "results", jobs=1)
-    assert set(states(workspace).values()) == {"done"}
+    assert set(statuses(workspace).values()) == {"finished"}
     return workspace
 
 
 def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
-    assert len(states(workspace, repeated={knob: 1})) == 2
+    assert len(statuses(workspace, repeated={knob: 1})) == 2
 
 
 def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     run_experiment(experiment(workspace, timing=True), workspace / "results", jobs=1)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
     timed = experiment(workspace, timing=True)
-    assert set(states(workspace, timing=True).values()) == {"disturbed"}
-    plan = make_plan(timed, Results(workspace / "results" / timed.name))
-    assert missing_units(plan).runs == len(plan)
+    assert set(statuses(workspace, timing=True).values()) == {"disturbed"}
+    plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
+    assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
-    assert set(states(workspace, timing=True).values()) == {"done"}
+    assert set(statuses(workspace, timing=True).values()) == {"finished"}
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
     with pytest.raises(SequenceError, match="no region 'full'"):
-        states(workspace, trackers=("static:init=full",))
+        statuses(workspace, trackers=("static:init=full",))
 
 
 def test_changed_shared_module_makes_runs_stale(finished, monkeypatch, tmp_path):
     copy = tmp_path / "copy" / "trackers"
     shutil.copytree(Path(trackers.__file__).parent, copy)
     monkeypatch.setattr("trackmark.bench.experiments.tracker_spec.PACKAGE", copy)
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert statuses(finished)["knob.py:Knob", 0] == "finished"
     interface = copy / "base" / "interface.py"
     append(interface, "CHANGED = True\n")
-    assert states(finished)["knob.py:Knob", 0] == "stale"
+    assert statuses(finished)["knob.py:Knob", 0] == "stale"
     catalogue = copy / "base" / "catalogue.py"
     shutil.copy(Path(trackers.__file__).parent / "base" / "interface.py", interface)
     catalogue.write_text("NOTHING_DEPENDS_ON_THIS = True\n")
-    assert states(finished)["knob.py:Knob", 0] == "done"
+    assert statuses(finished)["knob.py:Knob", 0] == "finished"
 
 
 def change_a_pixel(data):
@@ -104,61 +104,58 @@ def touch(data):
 
 
 @pytest.mark.parametrize(
-    ("change", "state"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "done")]
+    ("change", "status"), [(change_a_pixel, "stale"), (change_a_box, "stale"), (touch, "finished")]
 )
-def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, state):
+def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, status):
     change(finished / "data" / "Small")
-    assert set(states(finished).values()) == {state}
+    assert set(statuses(finished).values()) == {status}
 
 
 def test_timing_runs_are_runs_of_their_own(finished):
     timing = {"timing": True, "repetitions": 1}
-    assert set(states(finished, **timing).values()) == {"left"}
+    assert set(statuses(finished, **timing).values()) == {"missing"}
     run_experiment(experiment(finished, **timing), finished / "results")
-    assert set(states(finished, **timing).values()) == {"done"}
-    assert set(states(finished).values()) == {"done"}
+    assert set(statuses(finished, **timing).values()) == {"finished"}
+    assert set(statuses(finished).values()) == {"finished"}
 
 
-def test_external_and_timed_trackers_share_no_process(workspace):
-    """Check that the runs of an external tracker are adjacent, so that they reuse its process."""
+def test_task_has_few_processes_of_trackers(workspace):
     (workspace / "Twin.py").write_text((workspace / "knob.py").read_text())
-    texts = (
-        "static",
-        f"{workspace}/knob.py:Knob",
-        "camshift",
-        f"{workspace}/Twin.py:Knob",
-        "opencv-mil",
-    )
-    plan = small_plan(workspace, 2, trackers=texts, repetitions=1)
-    units = [
-        (unit.owner, *(entry.tracker for entry in unit.entries)) for unit in missing_units(plan)
-    ]
-    knob, twin = ((f"{text.partition(':')[0]}:{Path(text).name}", text) for text in texts[1:4:2])
-    mil, shared = ("", texts[4]), ("", texts[0], texts[2])
-    assert units == [knob, knob, twin, twin, mil, mil, shared, shared]
-    timed = small_plan(workspace, trackers=texts, repetitions=2, timing=True)
-    owners = [unit.owner for unit in missing_units(timed)]
-    assert len(owners) == 5 * 2 * 2
-    assert len(set(owners)) == 5
-    assert owners[:5] != owners[:1] * 5  # timed trackers take turns
-    assert sorted(owners[:5]) == sorted(owners[5:10])
+    texts = ("static", f"{workspace}/knob.py:Knob", "camshift", f"{workspace}/Twin.py:Knob")
+    plan = small_plan(workspace, 2, trackers=texts, repetitions=3)
+    tasks = list(missing_tasks(plan))
+    assert len(tasks) == 2 * 2
+    for task in tasks:
+        n_outside = sum(".py" in run.tracker for run in task.runs)
+        assert 0 < n_outside <= MAX_TRACKER_PROCESSES
+    planned = {(task.source, run.identity.digest) for task in tasks for run in task.runs}
+    assert len(planned) == 2 * (1 + 3 + 1 + 3)
+
+
+def test_timed_trackers_take_turns(workspace):
+    texts = ("static", f"{workspace}/knob.py:Knob", "camshift")
+    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, timing=True)
+    tasks = list(missing_tasks(timed))
+    assert [len(task.runs) for task in tasks] == [1] * 3 * 2 * 2
+    trackers = [task.runs[0].tracker for task in tasks]
+    assert all(sorted(trackers[i : i + 3]) == sorted(texts) for i in range(0, 12, 3))
 
 
 def test_equal_trackers_are_planned_once(workspace):
     chosen = ("camshift", "camshift:window=fixed", "camshift:hue_bins=32")
-    assert list(states(workspace, trackers=chosen)) == [("camshift", 0)]
+    assert list(statuses(workspace, trackers=chosen)) == [("camshift", 0)]
 
 
 def test_two_sequences_of_one_name_are_refused(workspace):
     other = workspace / "other" / "Small"
     shutil.copytree(workspace / "data" / "Small", other)
     sources = tuple(SequenceSource(str(path)) for path in (workspace / "data" / "Small", other))
-    assert len(states(workspace, sequences=sources)) == 4
+    assert len(statuses(workspace, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     with pytest.raises(
         ExperimentError, match="two different sequences are called 'Small'"
     ) as raised:
-        states(workspace, sequences=sources)
+        statuses(workspace, sequences=sources)
     assert f"{workspace / 'data' / 'Small'} and {other}. " in str(raised.value)
 
 
@@ -169,21 +166,21 @@ def test_two_trackers_of_one_name_are_refused(workspace):
     with pytest.raises(
         ExperimentError, match=f"are called 'knob.py:Knob': {both[0]} and {both[1]}"
     ):
-        states(workspace, trackers=both)
+        statuses(workspace, trackers=both)
 
 
 def test_failed_runs_are_repeated_only_on_request(workspace):
     file = workspace / "knob.py"
     file.write_text(file.read_text().replace("return Estimate", "raise ValueError  #"))
     run_experiment(experiment(workspace), workspace / "results")
-    run_states = states(workspace)
-    assert run_states["static", 0] == "done"
-    assert run_states["knob.py:Knob", 1] == "failed"
-    plan = make_plan(experiment(workspace), Results(workspace / "results" / "trial"))
-    assert list(missing_units(plan)) == []
-    (unit,) = missing_units(plan, retry_failed=True)
-    assert len(unit.entries) == 3
-    assert plan.count(State.FAILED) == 3
+    run_statuses = statuses(workspace)
+    assert run_statuses["static", 0] == "finished"
+    assert run_statuses["knob.py:Knob", 1] == "failed"
+    plan = make_plan(experiment(workspace), RunStore(workspace / "results" / "trial"))
+    assert list(missing_tasks(plan)) == []
+    (task,) = missing_tasks(plan, retry_failed=True)
+    assert len(task.runs) == 3
+    assert plan.count(RunStatus.FAILED) == 3
 
 
 def small_plan(workspace, sequences=1, **changes):
@@ -192,77 +189,72 @@ def small_plan(workspace, sequences=1, **changes):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
     sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))
     return make_plan(
-        experiment(workspace, sequences=sources, **changes), Results(workspace / "none")
+        experiment(workspace, sequences=sources, **changes), RunStore(workspace / "none")
     )
 
 
 @pytest.mark.parametrize("sequences", [1, 3])
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
-def test_units_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
+def test_tasks_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):
     plan = small_plan(workspace, sequences)
-    units = missing_units(plan, workers=workers)
-    all_units = list(units)
-    assert len(units) == len(all_units)
-    assert units.runs == 4 * sequences == sum(len(unit.entries) for unit in all_units)
-    assert units.work == sum(unit.work for unit in all_units) == 4 * 5 * sequences
-    for unit in all_units:
-        assert len(unit.entries) == 1 or unit.work * workers <= units.work
-    runs = {(unit.source, *entry[:2]) for unit in all_units for entry in unit.entries}
-    assert len(runs) == units.runs
+    tasks = missing_tasks(plan, n_workers=workers)
+    all_tasks = list(tasks)
+    assert len(tasks) == len(all_tasks)
+    assert tasks.n_runs == 4 * sequences == sum(len(task.runs) for task in all_tasks)
+    assert tasks.work == sum(task.work for task in all_tasks) == 4 * 5 * sequences
+    for task in all_tasks:
+        assert len(task.runs) == 1 or task.work * workers <= tasks.work
+    runs = {(task.source, run.identity.digest) for task in all_tasks for run in task.runs}
+    assert len(runs) == tasks.n_runs
     if sequences % workers == 0:
-        assert len(all_units) == 2 * sequences, "two per sequence: static and the rest"
-    # Distribute units as a pool does: no worker has more than its share and one run.
+        assert len(all_tasks) == sequences
+    # Distribute tasks as a pool does: no worker has more than its share and one run.
     busy = [0] * workers
-    for unit in all_units:
-        busy[busy.index(min(busy))] += unit.work
-    assert max(busy) <= units.work / workers + 5
+    for task in all_tasks:
+        busy[busy.index(min(busy))] += task.work
+    assert max(busy) <= tasks.work / workers + 5
 
 
 def test_longest_sequences_are_planned_first(workspace, otb):
     sources = [SequenceSource(str(workspace / "data" / "Small"))]
     sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
-    plan = make_plan(experiment(workspace, sequences=tuple(sources)), Results(workspace / "none"))
-    assert [unit.work for unit in missing_units(plan)] == [27, 15, 9, 5]
+    plan = make_plan(experiment(workspace, sequences=tuple(sources)), RunStore(workspace / "none"))
+    assert [task.work for task in missing_tasks(plan)] == [36, 20]
 
 
-def test_unit_has_the_replaced_version_of_each_run(finished):
-    before = make_plan(experiment(finished), Results(finished / "results" / "trial"))
+def test_task_has_the_replaced_version_of_each_run(finished):
+    before = make_plan(experiment(finished), RunStore(finished / "results" / "trial"))
     append(finished / "knob.py", "CHANGED = True\n")
     chosen = experiment(finished, repetitions=4)
-    plan = make_plan(chosen, Results(finished / "results" / "trial"))
-    (unit,) = missing_units(plan)
+    plan = make_plan(chosen, RunStore(finished / "results" / "trial"))
+    (task,) = missing_tasks(plan)
     old = before.versions[0][1]
-    assert [entry.replaces for entry in unit.entries] == [old, old, old, ""]
-    assert all(entry.version == plan.versions[0][1] != old for entry in unit.entries)
+    assert [run.replaces for run in task.runs] == [old, old, old, ""]
+    assert all(run.identity.version == plan.versions[0][1] != old for run in task.runs)
 
 
 def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
     opened_sequences = {}
-    first = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
+    first = make_plan(experiment(workspace), RunStore(workspace / "none"), opened_sequences)
     monkeypatch.setattr(
         "trackmark.datasets.load", lambda *_, **__: pytest.fail("a sequence was opened")
     )
-    second = make_plan(experiment(workspace), Results(workspace / "none"), opened_sequences)
+    second = make_plan(experiment(workspace), RunStore(workspace / "none"), opened_sequences)
     assert first.versions == second.versions
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
     sources = [SequenceSource(f"{TINY}:scene={scene}") for scene in range(12)]
     large = Experiment("large", ("static",), tuple(sources[:4]))
-    results, progress = Results(workspace / "results" / "large"), []
+    results, progress = RunStore(workspace / "results" / "large"), []
     alone = make_plan(large, results)
     monkeypatch.setattr("trackmark.bench.execution.plan.MIN_SEQUENCES_FOR_WORKERS", 4)
-    shared = make_plan(large, results, on_opened=lambda *number: progress.append(number), jobs=2)
+    shared = make_plan(large, results, progress=lambda *number: progress.append(number), jobs=2)
     assert progress[:4] == [(number, 4) for number in range(4)]
-    for field in ("name", "fingerprint", "frames", "starts"):
+    for field in ("name", "fingerprint", "n_frames", "starts"):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
-    logged = []
-    monkeypatch.setattr(
-        "loky.process_executor.LOGGER.critical", lambda *words, **_: logged.append(words)
-    )
     broken = replace(large, sequences=(SequenceSource("no/where"), *sources[1:]))
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, results, jobs=2)
-    assert not logged

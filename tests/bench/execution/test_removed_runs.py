@@ -2,36 +2,36 @@
 
 import pytest
 
-from trackmark import bench
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 
 
 @pytest.fixture
-def execution(workspace, in_this_process):
-    """Return an execution in which each run of a sequence has its own unit."""
-    trackers = (f"{workspace}/knob.py", "static")  # a tracker from outside has its own units
-    sources = (SequenceSource(str(workspace / "data/Small")),)
-    return Execution(Experiment("trial", trackers, sources), workspace, jobs=1)
+def execution(workspace, otb, in_this_process):
+    """Return an execution of two tasks, each with one run."""
+    otb(workspace / "data" / "Other", 5)
+    sources = (SequenceSource(str(workspace / "data" / name)) for name in ("Small", "Other"))
+    return Execution(Experiment("trial", ("static",), tuple(sources)), workspace, jobs=1)
 
 
 def test_removal_during_a_command_loses_only_removed_runs(execution):
-    results = Results(execution.folder)
+    results = RunStore(execution.folder)
     rows = execution.rows()
     first = next(rows)
     results.remove(results.list_keys())
-    later = [row["tracker"] for row in rows]
-    assert first["tracker"] not in later
+    later = [row["sequence"] for row in rows]
+    assert first["sequence"] not in later
     assert later
-    runs = bench.load_runs(execution.folder)
-    assert runs[runs["status"] == "finished"]["tracker"].tolist() == later
+    runs = load_table(execution.folder)
+    assert runs[runs["status"] == "finished"]["sequence"].tolist() == later
     assert find_damage(execution.folder) == []
 
 
-def test_run_opens_the_database_once_per_unit(execution, monkeypatch):
+def test_run_opens_the_database_once_per_task(execution, monkeypatch):
     opened = []
 
     def spy(folder, **options):
@@ -40,10 +40,10 @@ def test_run_opens_the_database_once_per_unit(execution, monkeypatch):
 
     rows = execution.rows()
     next(rows)
-    for module in ("truth", "results", "run_rows"):
+    for module in ("truth", "run_store", "run_rows"):
         monkeypatch.setattr(f"trackmark.bench.store.{module}.open_database", spy)
     assert len(list(rows)) == 1
-    assert len(opened) == 2  # one for the unit, and one for all scores
+    assert len(opened) == 2  # one for the task, and one for all scores
 
 
 def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, caplog):
@@ -52,7 +52,7 @@ def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, cap
     folder = run_trial(workspace, ["static"], sequences)
     with open_database(folder, write=True) as database:
         database.delete("truth", "sequence = ?", "Other")
-    runs = bench.load_runs(folder).set_index("sequence")
+    runs = load_table(folder).set_index("sequence")
     assert runs["status"].to_dict() == {"Small": "finished", "Other": "missing"}
     assert "no ground truth of Other" in caplog.text
     assert len(find_damage(folder)) == 1

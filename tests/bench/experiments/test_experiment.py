@@ -14,7 +14,7 @@ from trackmark.bench.experiments.experiment import (
     experiment_names,
     read_experiment,
 )
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import suites
 
@@ -121,9 +121,9 @@ def unopened(source):
 @pytest.mark.parametrize("name", experiment_names())
 def test_every_experiment_of_the_package_is_planned(name, tmp_path):
     experiment = read_experiment(name)
-    opened_sequences = {(s, "accuracy"): unopened(s) for s in experiment.sequences}
-    plan = make_plan(experiment, Results(tmp_path / "none"), opened_sequences)
-    assert len(plan) == len(set(plan.manifest().versions)) > 0
+    opened_sequences = {(s, "one-pass"): unopened(s) for s in experiment.sequences}
+    plan = make_plan(experiment, RunStore(tmp_path / "none"), opened_sequences)
+    assert len(plan) == len(set(plan.requested_runs().versions)) > 0
 
 
 def test_absolute_source_keeps_built_in_names(tmp_path, monkeypatch):

@@ -1,15 +1,18 @@
-"""Trackers from outside the package: their files are imported in a child process."""
+"""Trackers from outside the package: their files are imported in processes of their own."""
 
-import json
+import sys
 import threading
 from pathlib import Path
 
 import pytest
 
 from trackmark import trackers
-from trackmark.bench.experiments import tracker_files
-from trackmark.bench.experiments.tracker_files import describe_tracker, resolve_trackers
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.experiments.tracker_spec import (
+    describe_tracker,
+    resolve_specs,
+    tracker_version,
+)
+from trackmark.bench.external.isolated_worker import IsolatedTrackers
 from trackmark.trackers import TrackerError
 
 CALM = """
@@ -60,11 +63,10 @@ TAKEN = {
     "goes elsewhere": "import os; os.chdir('/')",
     "closes its output": "import sys; sys.stdout.close(); sys.stderr.close()",
     "leaves a thread": "import threading\nthreading.Thread(target=threading.Event().wait).start()",
-    "forks": "import os; os.fork()",
 }
 ENDS = {
-    "ends": ("import os; os._exit(0)", "its process ends with status 0"),
-    "is killed": ("import os; os.kill(os.getpid(), 9)", "its process ends with status -9"),
+    "import os; os._exit(0)": "the process ended with status 0",
+    "import os; os.kill(os.getpid(), 9)": "the process ended by signal 9",
 }
 
 
@@ -80,52 +82,46 @@ def calm(tmp_path):
     return write
 
 
-def test_error_of_an_import_is_one_line_with_the_file(calm):
-    files = {str(calm(name, *rest)): words for name, (*rest, words) in REFUSED.items()}
-    _, lines = tracker_files._child(json.dumps(["parse", list(files)]))
-    errors = {text: error for text, error, _ in map(json.loads, lines)}
-    assert errors.keys() == files.keys()
-    for file, words in files.items():
-        assert words in errors[file]
-        assert Path(file).name in errors[file]
-        assert "\n" not in errors[file]
+def test_error_of_an_import_is_one_line_with_the_file(calm, monkeypatch):
+    monkeypatch.setattr("sys.path", list(sys.path))
+    for name, (before, after, words) in REFUSED.items():
+        file = calm(name, before, after)
+        answer = IsolatedTrackers(None).perform("describe", name=str(file), options={})
+        assert words in answer["unusable"]
+        assert file.name in answer["unusable"]
+        assert "\n" not in answer["unusable"]
 
 
 def test_import_changes_nothing_in_this_process(calm, capfd):
     threads, folder = threading.active_count(), Path.cwd()
     files = [str(calm(name, before)) for name, before in TAKEN.items()]
-    specs = resolve_trackers(["static", *files])
+    specs = resolve_specs(["static", *files])
     assert list(specs) == ["static", *files]
     assert capfd.readouterr() == ("", "")
     assert (threading.active_count(), Path.cwd()) == (threads, folder)
 
 
-@pytest.mark.parametrize("case", ENDS)
-def test_file_that_ends_the_child_is_named(calm, case):
-    act, words = ENDS[case]
-    good, bad = str(calm("good")), str(calm("bad", act))
-    with pytest.raises(TrackerError, match=rf"bad\.py: the import failed: {words}\."):
-        resolve_trackers([good, bad])
+@pytest.mark.parametrize("act", ENDS)
+def test_file_that_ends_its_process_is_named(calm, act):
+    files = [str(calm("good")), str(calm("bad", act))]
+    with pytest.raises(TrackerError, match=rf"bad\.py: the import failed: {ENDS[act]}"):
+        resolve_specs(files)
 
 
-def test_import_that_never_ends_is_stopped(calm, monkeypatch):
-    monkeypatch.setattr(tracker_files, "_SECONDS", 0.2)
-    with pytest.raises(
-        TrackerError, match=r"file\.py: the import failed: nothing happens for 0.2 s"
-    ):
-        describe_tracker(str(calm("file", "while True: pass")))
-
-
-def test_tracker_from_the_child_equals_an_imported_one(calm):
+def test_tracker_of_a_file_is_described(calm):
     file = calm("file", after="    presets = {'a': {}}\n    name = 'mine'")
-    texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", "camshift:window=adaptive"]
-    for text, spec in resolve_trackers(texts).items():
-        imported = parse_tracker(text)
-        assert spec.label == imported.label
-        assert spec.version == imported.version
-        for name in ("name", "preset", "parameters", "randomness", "file", "init"):
-            assert getattr(spec, name) == getattr(imported, name)
-        assert type(spec.make(0)).__name__ == type(imported.make(0)).__name__
+    texts = [f"{file}:Calm:preset=a", f"{file}:as=other:init=full", f"{file}:Calm"]
+    mine, other, calm_class = resolve_specs(texts).values()
+    assert [mine.label, other.label, calm_class.label] == [
+        "mine:preset=a",
+        "other:init=full",
+        "mine",
+    ]
+    assert (mine.preset, other.preset, other.init) == ("a", "recommended", "full")
+    assert mine.parameters == {}
+    assert mine.file == file
+    assert mine.is_isolated
+    assert mine.version == tracker_version("mine", file, "Calm")
     assert describe_tracker(str(file)) == trackers.describe(str(file))
 
 

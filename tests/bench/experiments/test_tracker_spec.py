@@ -9,7 +9,6 @@ import pytest
 
 from tests.trackers.tiny_models import write_models
 from trackmark.bench.experiments import tracker_spec as module
-from trackmark.bench.experiments.tracker_files import resolve_trackers
 from trackmark.bench.experiments.tracker_spec import (
     PACKAGE,
     built_in_digest,
@@ -156,7 +155,7 @@ def test_sealed_tracker_keeps_version_until_source_changes(monkeypatch):
 
 def test_built_in_digest_is_that_of_the_imported_tracker():
     for name in ("static", "opencv-mil"):
-        assert built_in_digest(name) == run_identity(parse_tracker(name), Data, 0).tracker_digest
+        assert built_in_digest(name) == run_identity(parse_tracker(name), Data, 0).tracker_version
     assert built_in_digest("knob.py:Knob") is None
 
 
@@ -173,40 +172,6 @@ def test_callable_has_its_qualified_name_as_label():
     assert parse_tracker(maker).label.endswith("<locals>.maker")
     assert parse_tracker(maker).version["source"] != "unknown"
     assert parse_tracker(functools.partial(maker)).label == "partial"
-
-
-LATE = """
-from trackmark.trackers.base.interface import TrackerPlugin
-from trackmark.trackers.base.opencv import OpenCVParameters
-
-
-class Settings(OpenCVParameters):
-    threshold: float = 0.5
-
-
-class Late(TrackerPlugin):
-    presets = {"usual": {}, "recommended": {"threshold": 0.0}}
-    default_preset = "usual"
-    Parameters = Settings
-
-    def init(self, image, box, mask=None): ...
-
-    def update(self, image): ...
-"""
-
-
-def test_implied_parameters_are_not_part_of_an_identity(tmp_path):
-    file = tmp_path / "late.py"
-    file.write_text(LATE)
-    texts = [f"{file}", f"{file}:preset=usual", f"{file}:threshold=0.5"]
-    for spec in [*map(parse_tracker, texts), *resolve_trackers(texts).values()]:
-        assert spec.label == "late.py:Late"
-        identity = run_identity(spec, Data, 0)
-        # Equal to the identity of earlier versions without parameters.
-        assert (identity.preset, identity.parameters) == ("recommended", {})
-    other = parse_tracker(f"{file}:preset=recommended")
-    assert other.label == "late.py:Late:preset=recommended"
-    assert run_identity(other, Data, 0).parameters == {"threshold": 0.0}
 
 
 def test_identity_changes_with_the_content_of_a_model_file(tmp_path):

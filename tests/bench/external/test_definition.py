@@ -7,12 +7,12 @@ import sys
 import pytest
 
 from tests.bench.external.conftest import HOME, TRAX, living
-from trackmark import bench, datasets
-from trackmark.bench.engine.dask import with_absolute_paths
-from trackmark.bench.engine.work_unit import Entry, Unit
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run
+from trackmark.bench.execution.cluster import with_absolute_paths
+from trackmark.bench.execution.task import PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.trax import TraxPlugin
 from trackmark.trackers import Randomness, TrackerError, static
 
@@ -24,12 +24,12 @@ def trax(options="as=mine", arguments="4"):
 
 
 def test_run_of_a_command_equals_that_of_static_in_process():
-    run, expected = (bench.evaluate_run(text, "Noise") for text in (trax(), "static"))
+    run, expected = (evaluate_run(text, "Noise") for text in (trax(), "static"))
     assert not run.failure
     assert run.boxes.tobytes() == expected.boxes.tobytes()
     assert run.identity.tracker == "mine"
-    assert run.circumstances["clock"] == TraxPlugin.clock
-    assert not bench.evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
+    assert run.metadata["clock"] == TraxPlugin.clock
+    assert not evaluate_run(trax(), "Noise", protocol="tre:starts=3").failure
     assert not living("plain.py")
 
 
@@ -39,7 +39,7 @@ def test_version_depends_on_command_and_files(folder, monkeypatch):
 
     first, released = version(trax()), version(trax("as=mine:version=1.2"))
     assert (first["name"], first["command"]) == ("plain", f"{sys.executable} plain.py 4")
-    assert version(trax("as=mine:frame_timeout=5")) == first
+    assert version(trax("as=mine:frame_limit=5")) == first
     assert version(trax(arguments="1")) != first
     assert released["source"] == "1.2"
     (folder / "plain.py").write_text(TRAX.read_text().replace("a banner", "a longer banner"))
@@ -67,7 +67,7 @@ def test_example_of_a_table_for_a_class_works(environment, folder, monkeypatch):
     spec = parse_tracker("../trackers.toml:mine:size=3")
     assert (spec.label, spec.parameters) == ("mine:size=3", {"size": 3.0})
     assert spec.version["source"] == "1.2"
-    assert not bench.evaluate_run("../trackers.toml:mine", sequence).failure
+    assert not evaluate_run("../trackers.toml:mine", sequence).failure
 
 
 TABLES = """
@@ -89,7 +89,7 @@ file = "a.py"
 trax = "b"
 [late]
 file = "a.py"
-frame_timeout = "x"
+frame_limit = "x"
 [other]
 file = "a.py"
 stochastic = true
@@ -138,7 +138,7 @@ def test_table_for_a_command_defines_a_tracker(tables, folder, monkeypatch):
     assert spec.randomness is Randomness.GENERATOR
     assert parse_tracker("../trackers.toml:good:size=3").label == "good:size=3"
     for name in ("good", "ignoring"):
-        run = bench.evaluate_run(f"../trackers.toml:{name}", str(folder / "Noise"))
+        run = evaluate_run(f"../trackers.toml:{name}", str(folder / "Noise"))
         assert not run.failure
     assert "plain.py 1" in describe_tracker("../trackers.toml:good")["summary"]
 
@@ -149,7 +149,7 @@ def test_file_of_vot_toolkit_defines_trackers(tables, folder):
     code = "import os, sys\nassert os.environ['MODE'] == os.environ['HANGS']\n"
     module.write_text(f"{code}sys.argv[1:] = ['4']\n{TRAX.read_text()}")
     for name in ("module", "statements", "whole", "module:as=other"):
-        run = bench.evaluate_run(f"trackers.ini:{name}", "Noise")
+        run = evaluate_run(f"trackers.ini:{name}", "Noise")
         assert not run.failure
         assert run.identity.tracker == name.rpartition("=")[2]
     spec = parse_tracker("trackers.ini:module")
@@ -166,7 +166,7 @@ INVALID = {
     "trax:command=./a 'b:as=mine": "No closing quotation.",
     'trax:command=./a "b":as=mine': "./a b: the command cannot be started: ",
     "trax:command=./a:as=mine": "./a: the command cannot be started: ",
-    "trax:command=./a:as=mine:start_timeout=0": "start_timeout=0: Input should be greater than 0",
+    "trax:command=./a:as=mine:start_limit=0": "start_limit=0: Input should be greater than 0",
     trax("as=mine:size=2"): "unknown parameter of mine 'size'.",
     trax("as=mine:confidnce=2"): "'confidnce'. Did you mean 'confidence'?",
     "trax:command=true:as=mine": "ended with status 0 (no TraX hello).",
@@ -199,7 +199,7 @@ INVALID = {
     "trackers.toml:typo": "parameter of trackers.toml:typo 'files'. Did you mean 'file'?",
     "trackers.toml:none": "trackers.toml:none: file is ''. Expected: a Python file (.py), or",
     "trackers.toml:both": "trackers.toml:both: give either the key 'file' or the key 'trax'",
-    "trackers.toml:late": "trackers.toml:late: parameter frame_timeout=x: Input should be a valid",
+    "trackers.toml:late": "trackers.toml:late: parameter frame_limit=x: Input should be a valid",
 }
 
 
@@ -220,6 +220,6 @@ def test_invalid_specification_is_explained(tables, text):
     ],
 )
 def test_specification_for_another_folder_has_absolute_paths(folder, text, expected):
-    unit = Unit(SequenceSource("Noise"), (Entry(text, 0, ""),), "accuracy", 6)
-    (entry,) = with_absolute_paths(unit).entries
-    assert entry.tracker == expected.format(folder=folder)
+    task = Task(SequenceSource("Noise"), (PlannedRun(text, None),), 6)
+    (run,) = with_absolute_paths(task).runs
+    assert run.tracker == expected.format(folder=folder)

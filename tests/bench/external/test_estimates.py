@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 import trackmark
-from trackmark import bench, datasets
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.external.definition import open_external
 
 pytestmark = pytest.mark.usefixtures("folder")
@@ -35,12 +36,12 @@ def runs(folder, answer):
     """Return the run of a tracker whose fourth estimate is the answer, by each way in."""
     (folder / "tracker.py").write_text(TRACKER.replace("ANSWER", answer))
     (folder / "trackers.toml").write_text('[table]\nfile = "tracker.py"\n')
-    results = {way: bench.evaluate_run(text, "Noise") for way, text in WAYS_IN.items()}
+    results = {way: evaluate_run(text, "Noise") for way, text in WAYS_IN.items()}
     namespace = {}
     exec((folder / "tracker.py").read_text(), namespace)  # a class without a file
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # of failed runs
-        (results["evaluate"],) = trackmark.evaluate(namespace["Tracker"], "Noise").runs.values()
+        (results["evaluate"],) = trackmark.evaluate(namespace["Tracker"], "Noise").values()
     return results
 
 
@@ -90,7 +91,7 @@ for line in sys.stdin:
 @pytest.mark.parametrize("answer", ["0.0000,0.0000,0.0000,0.0000", "0,0,0,0,0,0,0,0", "0"])
 def test_empty_region_of_vot_is_not_visible(folder, answer):
     (folder / "zeros.py").write_text(ZEROS.replace("ANSWER", repr(answer)))
-    run = bench.evaluate_run(f"trax:command={sys.executable} zeros.py:as=mine", "Noise")
+    run = evaluate_run(f"trax:command={sys.executable} zeros.py:as=mine", "Noise")
     assert not run.failure
     assert run.visible.tolist() == [True] * 4 + [False] + [True] * 3
     assert (run.boxes == run.boxes[0]).all()
@@ -125,7 +126,7 @@ def test_images_have_the_channels_of_the_definition(folder, images):
         "trackers.toml:mine": f"mine{option}",
     }
     for text, label in labels.items():
-        run = bench.evaluate_run(text, "Noise")
+        run = evaluate_run(text, "Noise")
         assert run.identity.tracker == label
         assert [run.details[name][1] for name in "abc"] == expected, text
 

@@ -14,18 +14,18 @@ import numpy as np
 import pytest
 
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
-from trackmark import bench, datasets
-from trackmark.bench.engine.pool import Pool
-from trackmark.bench.engine.work_unit import Entry, Limits, Unit, UnusableTrackerError
+from trackmark import datasets
+from trackmark.bench import temporary_paths
+from trackmark.bench.evaluation.loop import evaluate_run
+from trackmark.bench.execution.pool import Pool
+from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.experiments.tracker_files import resolve_trackers
-from trackmark.bench.experiments.tracker_spec import run_identity
+from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
 from trackmark.bench.external import trax
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.python import START, WORKER
-from trackmark.reports import temporary_paths
+from trackmark.bench.external.worker_process import START, WORKER
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -56,7 +56,7 @@ COMMAND = {
 
 @pytest.mark.parametrize("mode", PYTHON)
 def test_failure_of_a_class_names_command_end_and_last_output(environment, mode):
-    run = bench.evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")
+    run = evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")
     frames = 1 if mode == "slow start" else 3
     assert_failed(run, frames, f"{environment}/bin/python", PYTHON[mode])
 
@@ -64,7 +64,7 @@ def test_failure_of_a_class_names_command_end_and_last_output(environment, mode)
 @pytest.mark.parametrize("mode", COMMAND)
 def test_failure_of_a_command_names_command_end_and_last_output(mode):
     command = f"{sys.executable} plain.py 4 {mode}"
-    run = bench.evaluate_run(f"trax:command={command}:as=mine", "Noise")
+    run = evaluate_run(f"trax:command={command}:as=mine", "Noise")
     assert_failed(run, 1 if mode == "confidence" else 3, command, COMMAND[mode])
     assert not living("plain.py")
 
@@ -72,7 +72,7 @@ def test_failure_of_a_command_names_command_end_and_last_output(mode):
 @pytest.mark.parametrize(("mode", "frame"), [("twice", 4), ("later", 5), ("last", 7)])
 def test_answer_too_many_of_a_command_is_a_failure(mode, frame):
     """An answer that is taken for that of the next frame would shift all later boxes."""
-    run = bench.evaluate_run(f"trax:command={sys.executable} plain.py 4 {mode}:as=mine", "Noise")
+    run = evaluate_run(f"trax:command={sys.executable} plain.py 4 {mode}:as=mine", "Noise")
     assert run.failure.startswith(f"000{frame + 1}.png: "), run.failure
     assert "sent '@@TRAX:state" in run.failure
     assert "without a request. Expected: one answer per frame" in run.failure
@@ -134,7 +134,7 @@ class Writing:
 @pytest.mark.parametrize("text", [b"@@TRACKMARK:nonsense\n", b'@@TRACKMARK:[1, {"wall": 0}]\n'])
 def test_output_on_the_channel_of_answers_is_a_failure(folder, text):
     (folder / "writing.py").write_text(f"TEXT = {text!r}{WRITING}")
-    run = bench.evaluate_run(f"writing.py:python={sys.executable}", "Noise")
+    run = evaluate_run(f"writing.py:python={sys.executable}", "Noise")
     assert "which is not the answer to request 4. Write to stdout or stderr only" in run.failure
 
 
@@ -155,8 +155,6 @@ class Forking:
             self.shift = 100
             if os.environ.get("CHILD_RAISES"):
                 raise RuntimeError
-if os.environ.get("FORKS_AT_IMPORT"):
-    os.fork()
 """
 PLACES = ["constructor", "init", "update"]
 
@@ -169,23 +167,11 @@ PLACES = ["constructor", "init", "update"]
 def test_forked_process_that_returns_gives_no_boxes(folder, monkeypatch, place, raises):
     monkeypatch.setenv("CHILD_RAISES", raises)
     (folder / "forking.py").write_text(FORKING)
-    texts = [f"forking.py:place={place}{python}" for python in ("", f":python={sys.executable}")]
-    for outcome in perform(texts).values():
-        (run,) = outcome.values()
-        assert not run.failure
-        assert (run.boxes == run.boxes[0]).all()
-
-
-@pytest.mark.slow
-def test_fork_at_import_gives_one_run(folder, monkeypatch):
-    monkeypatch.setenv("FORKS_AT_IMPORT", "1")
-    (folder / "forking.py").write_text(FORKING)
-    code = "import trackmark; print(trackmark.evaluate('forking.py', 'Noise').runs)"
-    command = [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
-    done = subprocess.run(command, capture_output=True, text=True, check=True)
-    assert done.stdout.count("finished") == 1
-    for outcome in perform(["forking.py", f"forking.py:python={sys.executable}"]).values():
-        assert not next(iter(outcome.values())).failure
+    for python in ("", f":python={sys.executable}"):
+        run = evaluate_run(f"forking.py:place={place}{python}", "Noise")
+        assert "the process forked a copy of itself, which returned" in run.failure
+        reached = np.isfinite(run.boxes[:, 0])
+        assert (run.boxes[reached] == run.boxes[0]).all()
 
 
 def assert_failed(run, frames, program, error):
@@ -205,7 +191,10 @@ def wait_until(condition):
 def test_hung_worker_ends_with_its_harness(environment, hangs, folder):
     """A killed harness cannot end its workers."""
     text, sequence = f"{DRIFT}:python={environment}:mode=hang", str(folder / "Noise")
-    code = f"from trackmark import bench; bench.evaluate_run({text!r}, {sequence!r})"
+    code = (
+        "from trackmark.bench.evaluation.loop import evaluate_run; "
+        f"evaluate_run({text!r}, {sequence!r})"
+    )
     harness = subprocess.Popen([sys.executable, "-c", code], cwd=HOME)
     wait_until(hangs.exists)
     assert len(living(str(WORKER))) == 1
@@ -219,9 +208,10 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
     (folder / "frames").mkdir()
     command = f"trax:command={sys.executable} plain.py 4 hang:as=mine"
     code = (
-        "from trackmark import bench; from trackmark.bench.external import trax; "
+        "from trackmark.bench.evaluation.loop import evaluate_run; "
+        "from trackmark.bench.external import trax; "
         f"trax.FRAME_FOLDER = {str(folder / 'frames')!r}; "
-        f"bench.evaluate_run({command!r}, {str(folder / 'Noise')!r})"
+        f"evaluate_run({command!r}, {str(folder / 'Noise')!r})"
     )
     harness = subprocess.Popen(
         [sys.executable, "-c", f"import sys; sys.path.insert(0, {str(HOME)!r}); {code}"]
@@ -231,7 +221,7 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
     harness.wait()
     hangs.unlink()
     assert len([*Path("frames").iterdir()]) == 1
-    bench.evaluate_run(command.replace(" hang", ""), "Noise")
+    evaluate_run(command.replace(" hang", ""), "Noise")
     close_idle_processes()
     assert not [*Path("frames").iterdir()]
     for number in living("plain.py"):  # it hangs, so that it does not notice the end of its input
@@ -240,15 +230,16 @@ def test_frame_file_of_a_killed_harness_is_removed_later(hangs, folder, monkeypa
 
 def perform(texts, options=""):
     """Return the outcomes of runs in worker processes by specification; add options to these."""
-    specs, units = resolve_trackers(texts), []
+    specs, tasks = resolve_specs(texts), []
     assert not living("plain")
     for text, spec in specs.items():
-        version = run_identity(spec, datasets.load("Noise"), 0).version
-        entries, seconds = (Entry(text + options, 0, version),), spec.call_seconds
-        source = SequenceSource("Noise")
-        units.append(Unit(source, entries, "accuracy", 8, owner=text, call_seconds=seconds))
-    with closing(Pool(Limits())) as pool:
-        outcomes = {unit.owner: outcome for unit, outcome in pool.perform(units)}
+        identity = run_identity(spec, datasets.load("Noise"), 0)
+        tasks.append(Task(SequenceSource("Noise"), (PlannedRun(text + options, identity),), 8))
+    with closing(Pool(1, Limits())) as pool:
+        outcomes = {
+            task.runs[0].tracker.removesuffix(options): outcome
+            for task, outcome in pool.run_tasks(tasks)
+        }
     wait_until(lambda: not living("plain"))  # killed processes end after their worker
     return outcomes
 
@@ -263,10 +254,10 @@ def test_worker_process_contains_failures(environment):
         f"plain_tracker.py:python={environment}": "",
     }
     hang = f"{command} hang:as=hang"
-    outcomes = perform(texts) | perform([hang], ":frame_timeout=3")
+    outcomes = perform(texts) | perform([hang], ":frame_limit=3")
     texts[hang] = "plain.py 4 hang: the process did not answer in 3 s"
     for text, failure in texts.items():
-        (run,) = outcomes[text].values()
+        (run,) = outcomes[text]
         reason = run.failure
         assert bool(reason) == bool(failure)
         assert failure in reason

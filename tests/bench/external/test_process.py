@@ -18,7 +18,7 @@ def _real_clock(hangs, monkeypatch):
 
 
 def start(code, **options):
-    return LineProcess([sys.executable, "-c", code], **options)
+    return LineProcess([sys.executable, "-c", code], b"@@", **options)
 
 
 def assert_ended(pid):
@@ -34,8 +34,8 @@ def test_process_exchanges_marked_lines(tmp_path):
     )
     process = start(code, environment={"MODE": "x"}, folder=tmp_path)
     process.send(b"b" * 300_000 + b"\n", 60)
-    assert len(process.read_line(60, mark=b"@@")) == 300_002
-    assert process.read_line(60, mark=b"@@") == b"@@ 300000 "
+    assert len(process.read_line(60)) == 300_002
+    assert process.read_line(60) == b"@@ 300000 "
     assert f"stops. Its last line: log x {tmp_path}" in str(process.fail("stops"))
 
 
@@ -61,7 +61,7 @@ def test_failure_names_command_end_and_last_output(code, monkeypatch):
 
     def ask():
         process.send(b"x" * (1 << 20) + b"\n", 0.5 if "did not read" in words else 60)
-        process.read_line(0.5 if "did not answer" in words else 60, mark=b"@@")
+        process.read_line(0.5 if "did not answer" in words else 60)
 
     with pytest.raises(ExternalTrackerError) as raised:
         ask()
@@ -69,20 +69,18 @@ def test_failure_names_command_end_and_last_output(code, monkeypatch):
     assert text.startswith(f"{process.command}: the process ")
     assert words in text
     assert len(text.partition("output:\n")[2]) <= 2000
-    assert_ended(process._process.pid)
+    assert_ended(process.process.pid)
     with pytest.raises(ExternalTrackerError, match="the process has ended"):
         process.send(b"\n", 60)
 
 
-def test_file_of_output_is_limited(monkeypatch):
-    monkeypatch.setattr(process_module, "_MAX_OUTPUT", 100_000)
-    process = start(
-        "import sys\nfor line in sys.stdin: print('y' * 50_000, file=sys.stderr); print()"
-    )
+def test_output_that_is_kept_is_limited():
+    process = start("import sys\nfor line in sys.stdin: print('y' * 50_000 + '@@', flush=True)")
     for _ in range(9):
         process.send(b"\n", 60)
-        process.read_line(60)
-    assert os.fstat(process._output).st_size <= 150_000
+        assert process.read_line(60) == b"@@"
+    process.send(b"\n" * 9, 60)
+    assert len(process._output._bytes) < 10_000
     process.close()
 
 
@@ -92,10 +90,10 @@ def test_no_process_is_left(way):
     code = (
         "import subprocess, sys; child = subprocess.Popen([sys.executable, '-c', "
         "'import time; time.sleep(999)'], start_new_session=True); "
-        "print(child.pid, flush=True); input()"
+        "print('@@', child.pid, flush=True); input()"
     )
     process = start(code)
-    pid, child = process._process.pid, Path("/proc") / process.read_line(60).decode() / "stat"
+    pid, child = process.process.pid, Path("/proc") / process.read_line(60).decode()[3:] / "stat"
     if way == "close":
         process.close()
         process.close()

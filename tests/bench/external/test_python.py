@@ -7,11 +7,10 @@ import numpy as np
 import pytest
 
 from tests.bench.external.conftest import DRIFT, living
-from trackmark import bench
-from trackmark.bench.experiments.tracker_files import describe_tracker
-from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.evaluation.loop import evaluate_run
+from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.definition import open_external
-from trackmark.bench.external.python import WORKER
+from trackmark.bench.external.worker_process import WORKER
 from trackmark.trackers import Randomness
 from trackmark.trackers.base import estimate_check, global_generators, plain_class
 
@@ -29,23 +28,23 @@ def content(run):
 @pytest.mark.parametrize(
     ("mode", "protocol"), [("calm", "tre:starts=3"), ("rich", "one-pass"), ("flood", "one-pass")]
 )
-def test_boxes_equal_those_in_process(environment, mode, protocol):
-    """Each segment of a protocol has a new tracker in the same process."""
-    in_process, external = (
-        bench.evaluate_run(f"{NAME}{python}:mode={mode}", "Noise", repetition=3, protocol=protocol)
+def test_boxes_equal_those_of_the_own_interpreter(environment, mode, protocol):
+    """Each segment of a protocol has a new tracker in the same process of its environment."""
+    expected, external = (
+        evaluate_run(f"{NAME}{python}:mode={mode}", "Noise", repetition=3, protocol=protocol)
         for python in ("", f":python={environment}")
     )
-    assert not in_process.failure
-    assert content(external) == content(in_process)
-    assert external.identity.tracker == in_process.identity.tracker
-    assert len(living(str(WORKER))) == 1
+    assert not expected.failure
+    assert content(external) == content(expected)
+    assert external.identity.tracker == expected.identity.tracker
+    assert len(living(str(WORKER))) == 2
 
 
 @pytest.mark.slow
 def test_other_version_of_python_gives_equal_boxes(other_environment):
     for mode in ("calm", "rich"):
-        external = bench.evaluate_run(f"{NAME}:python={other_environment}:mode={mode}", "Noise")
-        assert content(external) == content(bench.evaluate_run(f"{NAME}:mode={mode}", "Noise"))
+        external = evaluate_run(f"{NAME}:python={other_environment}:mode={mode}", "Noise")
+        assert content(external) == content(evaluate_run(f"{NAME}:mode={mode}", "Noise"))
 
 
 MASKED = """
@@ -69,7 +68,7 @@ def test_interpreter_may_print_before_it_starts(environment, folder):
         f'#!/bin/sh\necho ready\nexec {environment}/bin/python "$@"'
     )
     (folder / "activate.sh").chmod(0o755)
-    assert not bench.evaluate_run(f"{NAME}:python=./activate.sh", "Noise").failure
+    assert not evaluate_run(f"{NAME}:python=./activate.sh", "Noise").failure
 
 
 DRAWING = """
@@ -87,7 +86,7 @@ def test_seeds_are_those_of_the_repetition(environment, folder):
     (folder / "drawing.py").write_text(DRAWING)
     text = f"drawing.py:python={environment}"
     assert parse_tracker(text).randomness is Randomness.GENERATOR
-    first, again, other = (bench.evaluate_run(text, "Noise", repetition=n) for n in (0, 0, 1))
+    first, again, other = (evaluate_run(text, "Noise", repetition=n) for n in (0, 0, 1))
     assert content(first) == content(again)
     assert (first.boxes[1:, :3] != other.boxes[1:, :3]).all()
 

@@ -5,11 +5,11 @@ import sys
 import pytest
 
 import trackmark as tm
-from trackmark import bench
 from trackmark.bench.analysis.run_summary import summarise, summarise_times
 from trackmark.bench.analysis.run_tables import tables
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.pages.report import Commands, write_report_page
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.runs import Runs
 
 WAITING = """
 import time
@@ -61,10 +61,10 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
     if way == "class":
         namespace = {}
         exec(WAITING, namespace)
-        (run,) = tm.evaluate([namespace["Waiting"]], "Noise").runs.values()
+        (run,) = tm.evaluate([namespace["Waiting"]], "Noise").values()
     else:
-        run = bench.evaluate_run(waiting[way], "Noise")
-    facts = run.circumstances
+        run = evaluate_run(waiting[way], "Noise")
+    facts = run.metadata
     assert not run.failure
     # Waiting ends when the thread may run again; the delay until it runs is not part of the time.
     # Run delay of a TraX tracker after its answer is subtracted, too.
@@ -85,18 +85,20 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
 def test_clocks_and_notes_are_shown_with_times(waiting, folder, run_trial):
     trial = ["static", *waiting.values()]
     results = run_trial(folder / "results", trial, ["Noise"])
+    runs = Runs.open(results)
     note = "wall time minus run delay, with reading of images: w"
-    assert note in summarise(results).lines()
-    assert any(line.startswith("waits: ") for line in summarise(results).lines())
-    assert note in str(tm.compare(tm.load_results(results))).splitlines()
+    assert note in summarise(runs).lines()
+    assert any(line.startswith("waits: ") for line in summarise(runs).lines())
+    assert note in str(tm.compare(tm.load_runs(results))).splitlines()
     page = folder / "page.html"
-    write_report_page(results, page, [], "", Commands(), lambda *_: None)
+    write_report_page(runs, page, [], "", Commands(), lambda *_: None)
     assert note in page.read_text()
 
 
 def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
-    results = run_trial(folder / "timed", ["static", waiting["file"]], ["Noise"], timing=True)
-    (table,) = [table for table in tables(results) if table.name == "times"]
-    assert table.heads[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
-    lines = summarise_times(results, Results(results).list_keys())
+    trackers = ["static", waiting["file"]]
+    runs = Runs.open(run_trial(folder / "timed", trackers, ["Noise"], timing=True))
+    (table,) = [table for table in tables(runs) if table.name == "times"]
+    assert table.headings[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
+    lines = summarise_times(runs)
     assert lines[0].startswith("static is the fastest: ")

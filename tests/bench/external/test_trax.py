@@ -39,7 +39,7 @@ def run(tracker, mask=None):
     tracker.init(image(), BOX, mask)
     estimates = [tracker.update(image(frame)) for frame in range(1, 6)]
     tracker.close()
-    assert tracker.process._process.returncode == 0
+    assert tracker.process.process.returncode == 0
     assert not Path(tracker.process.file).exists()
     return estimates
 

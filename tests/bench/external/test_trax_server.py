@@ -17,9 +17,9 @@ from tests.bench.external.conftest import HOME, living
 from trackmark import datasets, trackers
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.python import WORKER
 from trackmark.bench.external.trax import format_message, parse_message
 from trackmark.bench.external.trax_server import serve
+from trackmark.bench.external.worker_process import WORKER
 from trackmark.trackers import TrackerError
 
 COMMAND = [sys.executable, "-c", "from trackmark.bench.cli import main; main()", "trax"]
@@ -46,7 +46,7 @@ def test_estimates_equal_those_in_process_to_the_bit(name):
             assert remote.box.tolist() == expected.box.tolist()
             assert remote.confidence == pytest.approx(expected.confidence, abs=0, nan_ok=True)
     served.close()
-    assert served.process._process.returncode == 0
+    assert served.process.process.returncode == 0
 
 
 @pytest.mark.slow

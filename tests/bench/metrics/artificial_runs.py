@@ -1,8 +1,8 @@
-"""Artificial ground truth and estimates for tests of metrics presets."""
+"""Artificial ground truth and estimates for tests of metrics."""
 
 import numpy as np
 
-from trackmark.bench.metrics.preset import FrameState, GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import FrameState, GroundTruthArrays, RunEstimates
 
 SIZE = (320, 240)
 

@@ -11,12 +11,12 @@ import pytest
 from tests.bench.metrics import toolkits
 from tests.bench.metrics.artificial_runs import SIZE, answer_of, noisy, states_of, truth_of, walk
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
 
 def scores(name, truth, boxes, **further):
-    return metrics.preset(name).score(truth_of(truth), answer_of(boxes, **further)).scores
+    return metrics.find_metrics(name).score(truth_of(truth), answer_of(boxes, **further)).scores
 
 
 def iou(a, b):
@@ -207,9 +207,9 @@ def test_lasot_scores_malformed_ground_truth_as_its_toolkit():
     malformed = np.isin(np.arange(8), (4, 6))
     truth = GroundTruthArrays(np.where(malformed[:, None], nan, raw), malformed=malformed)
     boxes = noisy(walk(8))
-    ours = metrics.preset("lasot").score(truth, RunEstimates(boxes)).scores
+    ours = metrics.find_metrics("lasot").score(truth, RunEstimates(boxes)).scores
     assert ours == pytest.approx(slow_lasot(raw, boxes), abs=1e-12)
-    perfect = metrics.preset("lasot").score(truth, RunEstimates(walk(8))).scores
+    perfect = metrics.find_metrics("lasot").score(truth, RunEstimates(walk(8))).scores
     assert perfect["precision"] == perfect["normalised_precision"] == 1.0
     assert perfect["success_auc"] == pytest.approx(6 / 8 * 20 / 21)
 
@@ -223,7 +223,7 @@ def test_got10k_scores_malformed_ground_truth_as_a_miss(visible, ao):
         visibility=np.where(malformed, visible, 1.0),
         malformed=malformed,
     )
-    assert metrics.preset("got10k").score(truth, RunEstimates(boxes)).scores["ao"] == ao
+    assert metrics.find_metrics("got10k").score(truth, RunEstimates(boxes)).scores["ao"] == ao
 
 
 # Deliberate differences from the toolkits (docs/metrics.md).
@@ -251,7 +251,7 @@ def test_got10k_counts_frames_of_every_cover_level_except_0(cover):
     visible = (0.0, 0.075, 0.225, 0.375, 0.525, 0.675, 0.825, 0.95, 1.0)[cover]
     visibility = np.array([1, visible, 1])
     estimates = boxes + [[0, 0, 0, 0], [100, 0, 0, 0], [0, 0, 0, 0]]
-    judged = metrics.preset("got10k").score(
+    judged = metrics.find_metrics("got10k").score(
         GroundTruthArrays(boxes, visibility=visibility), RunEstimates(estimates)
     )
     assert judged.scores["ao"] == (0.5 if cover else 1.0)
@@ -274,7 +274,7 @@ def test_got10k_moves_boxes_into_the_image(target, estimate, overlap):
 
 def test_sequence_without_hits_counts():
     truth = walk(50)
-    preset = metrics.preset("lasot")
+    preset = metrics.find_metrics("lasot")
     runs = [[preset.score(truth_of(truth), answer_of(boxes))] for boxes in (truth, truth + 900)]
     # The first frame, overwritten by the ground truth, is the only hit of the second.
     assert preset.overall(runs).curves["success"][0, 1] == pytest.approx((1 + 1 / 50) / 2)
@@ -325,7 +325,7 @@ def test_scores_of_one_frame_are_undefined_or_the_toolkits():
     scored = {name: scores(name, truth, truth) for name in metrics.names()}
     for name in ("got10k", "long-term"):
         assert all(map(isnan, scored[name].values())), name
-    shares = ("mean_overlap", "success_share", "inside_share", "centre_error")
+    shares = ("mean_overlap", "success_rate", "inside_rate", "centre_error")
     assert all(isnan(scored["native"][score]) for score in shares)
     assert scored["otb"]["precision"] == scored["lasot"]["precision"] == 1
     # Toolkit: 0 / 1 and, by a special case, 0.
@@ -333,7 +333,7 @@ def test_scores_of_one_frame_are_undefined_or_the_toolkits():
 
 
 def test_run_of_one_frame_does_not_lower_long_term_means():
-    preset, truth = metrics.preset("long-term"), walk(50)
+    preset, truth = metrics.find_metrics("long-term"), walk(50)
     runs = [[preset.score(truth_of(part), answer_of(part))] for part in (truth, truth[:1])]
     assert preset.overall(runs).scores == preset.overall(runs[:1]).scores
     assert all(map(isnan, preset.overall(runs[1:]).scores.values()))
@@ -341,11 +341,11 @@ def test_run_of_one_frame_does_not_lower_long_term_means():
 
 def test_accuracy_without_tracked_frames_is_that_of_the_toolkit():
     truth = walk(30)
-    anchor = metrics.preset("vot-anchor")
+    anchor = metrics.find_metrics("vot-anchor")
     lost = anchor.score(truth_of(truth), answer_of(truth + 900))
     assert lost.scores["accuracy"] == 0  # of one sequence
     assert isnan(anchor.overall([[lost], [lost]]).scores["accuracy"])  # the toolkit divides by 0
-    supervised = metrics.preset("vot-supervised")
+    supervised = metrics.find_metrics("vot-supervised")
     states = states_of(30, [5, 15, 25])
     burned = supervised.score(truth_of(truth), RunEstimates(truth, states=states))
     assert burned.scores["accuracy"] == 0
@@ -364,7 +364,7 @@ def test_first_confidence_does_not_count_in_long_term():
 
 
 def test_one_pass_run_without_failure_equals_a_supervised_run():
-    truth, preset = walk(150), metrics.preset("vot-supervised")
+    truth, preset = walk(150), metrics.find_metrics("vot-supervised")
     boxes = noisy(truth)
 
     def judged(states):

@@ -7,10 +7,10 @@ from hypothesis import strategies as st
 
 from tests.bench.metrics.artificial_runs import truth_of
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
-from trackmark.bench.metrics.native import LOSS_FRAMES, first_loss
+from trackmark.bench.metrics.interface import RunEstimates
+from trackmark.bench.metrics.loss import LOSS_FRAMES, first_loss
 from trackmark.bench.metrics.overlap import is_well_formed, overlap
-from trackmark.bench.metrics.preset import RunEstimates
-from trackmark.bench.metrics.presets.native import score_run
+from trackmark.bench.metrics.sets.native import score_run
 
 numbers = st.floats(-200, 200, allow_nan=False)
 sizes = st.floats(0.01, 100)
@@ -93,7 +93,7 @@ def test_absent_frames_are_neither_hits_nor_misses():
 def test_overlap_of_exactly_one_half_is_a_success(height, frames):
     target = truth_of(line(2, (0.0, 0.0, 10.0, 10.0)))
     scores = native(target, np.array([[0, 0, 10, 10], [0, 0, 10, height]]))
-    assert scores["success_frames"] == scores["success_share"] == frames
+    assert scores["success_frames"] == scores["success_rate"] == frames
 
 
 def test_centre_error_statistics_equal_numpy():
@@ -111,16 +111,16 @@ def test_malformed_estimates_are_counted():
     estimate = line(11)
     estimate[3] = np.nan
     scores = native(truth_of(line(11)), estimate)
-    assert (scores["malformed"], scores["centre_error"]) == (1, np.inf)
+    assert (scores["malformed_boxes"], scores["centre_error"]) == (1, np.inf)
     assert scores["centre_error_median"] == 0.0
     assert scores["mean_overlap"] == pytest.approx(0.9)
 
 
-def test_frames_inside_uses_region_full():
+def test_inside_frames_uses_region_full():
     body, full = line(5, (10.0, 10.0, 4.0, 4.0)), line(5, (0.0, 0.0, 30.0, 30.0))
     estimate = line(5, (20.0, 20.0, 4.0, 4.0))
-    assert native(truth_of(body), estimate)["frames_inside"] == 0
-    assert native(truth_of(body, regions={"full": full}), estimate)["frames_inside"] == 4
+    assert native(truth_of(body), estimate)["inside_frames"] == 0
+    assert native(truth_of(body, regions={"full": full}), estimate)["inside_frames"] == 4
 
 
 @given(st.data(), st.integers(1, 60))

@@ -11,7 +11,7 @@ import pytest
 
 from tests.bench.metrics import toolkits
 from trackmark.bench import metrics
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
 SEQUENCES = range(3)
@@ -29,7 +29,7 @@ def close(value):
 
 def test_vot_anchor_equals_scores_of_vot_toolkit():
     expected = recorded("anchors")
-    preset = metrics.preset("vot-anchor")
+    preset = metrics.find_metrics("vot-anchor")
     runs = []
     for i in SEQUENCES:
         truth, boxes = toolkits.truth(i), toolkits.estimate(i)

@@ -3,7 +3,7 @@
 import pytest
 
 from tests.bench.pages.reading import write_experiment_page
-from trackmark import bench
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 DRIFTING = '''
@@ -45,7 +45,7 @@ def results(tmp_path_factory, without_processes, drifting):
     trackers = ("static", "camshift", drifting)
     experiment = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
     with without_processes():
-        return bench.run_experiment(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
+        return run_experiment(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
 
 
 @pytest.fixture(scope="session")

@@ -10,6 +10,8 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
+from trackmark.bench.protocols import ONE_PASS
+from trackmark.bench.store.runs import Runs
 
 
 class Cells(HTMLParser):
@@ -49,11 +51,15 @@ def address_of(link, data):
     """Return the address that a link in numbers selects: sequence, tracker, repetition, frame, …"""
     if not re.match(r"#\d+\.\d+\.", link):
         return link
-    scene, tracker, repetition, frame, *details = link[1:].split(".")
+    sequence, tracker, repetition, frame, *details = link[1:].split(".")
     start, revised, *show = details or "00"
-    address = {"sequence": data["scenes"][int(scene)]["name"]}
+    address = {"sequence": data["sequences"][int(sequence)]["name"]}
     address |= {"tracker": data["labels"][int(tracker)], "repetition": repetition, "frame": frame}
-    more = {"start": start.strip("0"), "trace": "revised" * int(revised), "show": ".".join(show)}
+    more = {
+        "start": start.strip("0"),
+        "trajectory": "revised" * int(revised),
+        "show": ".".join(show),
+    }
     return "#" + urlencode(address | {key: text for key, text in more.items() if text})
 
 
@@ -61,8 +67,8 @@ def rows_of_sequences(text):
     """Return the rows of the folded tables of all sequences, each after the sequence's name."""
     tables = Cells(text).tables
     return [
-        [scene["name"], *row]
-        for number, scene in enumerate(data_of(text)["scenes"])
+        [sequence["name"], *row]
+        for number, sequence in enumerate(data_of(text)["sequences"])
         for row in tables.get(f"scores-{number}", [])[1:]
     ]
 
@@ -75,11 +81,18 @@ def data_of(text):
 def write_experiment_page(experiment, folder, report_tables=None, **options):
     """Write the page of an experiment, by default with its own tables."""
     commands, path = Commands(str(experiment)), folder / "report.html"
-    report_tables = tables(experiment) if report_tables is None else report_tables
+    runs = Runs.open(experiment)
+    report_tables = tables(runs) if report_tables is None else report_tables
     paths = write_report_page(
-        experiment, path, report_tables, "Trial", commands, lambda *_: None, **options
+        runs, path, report_tables, "Trial", commands, lambda *_: None, **options
     )
     return paths[0]
+
+
+def stored_runs(experiment, **fields):
+    """Return the runs of an experiment with their rows and ground truths, by default one-pass."""
+    runs = Runs.open(experiment)
+    return runs.read(runs.evaluated_rows(**{"protocol": ONE_PASS, **fields}))
 
 
 def failing_tracker(frame, step=0):
@@ -111,7 +124,7 @@ def open_frame(browser, **address):
     browser.run(f"location.hash = {json.dumps(urlencode(address))}")
     number = address["frame"]
     name = json.dumps(address["sequence"])
-    browser.wait(f"scene && scene.name === {name} && paintedFrame === {number}")
+    browser.wait(f"sequence && sequence.name === {name} && paintedFrame === {number}")
 
 
 def curves_of(text, chart):
@@ -122,7 +135,7 @@ def curves_of(text, chart):
     )
     labels, curves = data_of(text)["labels"], {}
     for number, path, _, places in re.findall(
-        r'data-k="(\d+)"[^>]* d="(.*?)"( data-places="(.*?)")?/>', figure
+        r'data-k="(\d+)"[^>]* d="(.*?)"( data-positions="(.*?)")?/>', figure
     ):
         assert path.count("M") == 1
         steps = [pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)]

@@ -4,44 +4,37 @@ import re
 from dataclasses import replace
 from math import nan
 
+import numpy as np
 import pytest
 
-from trackmark.bench.pages.card_types import (
-    FailureCard,
-    Fold,
-    HeatRow,
-    HeatTable,
-    Leaderboard,
-    LeaderRow,
-    Loop,
-    PairCell,
-    PairMatrix,
-    SequenceFold,
-    Still,
-)
-from trackmark.bench.pages.page import card_html
+from trackmark.bench.pages.content import PlayerSequence
+from trackmark.bench.pages.page import card
 from trackmark.reports.charts import Chart, Line, PlayerPosition
 
 HOSTILE = '<script>"&\x1b'
-PLACE = PlayerPosition(0, 1, 0, 7)
+POSITION = PlayerPosition(0, 1, 0, 7)
 LINK = 'href="#0.1.0.7"'
-STILL = Still(b"RIFF", (4, 3), [0, 0, 2, 1], [(1, 1, [1, 1, 2, 1])], "frame 7")
-PAIR = PairCell("better", 0.181, 2, 1, "a minus b: +0.181", PLACE)
+MEAN = {"mean": 0.8, "low": 0.7, "high": 0.9, "marked": True}
+NO_MEAN = {"mean": nan, "low": nan, "high": nan, "marked": False}
+ROW = {"tracker": 1, "label": "b", "overlap": MEAN, "success": 0.91, "error": 3.1, "time": "24"}
+ROW |= {"fps": "42", "position": POSITION, "note": ""}
+EMPTY = {"tracker": 0, "label": "a", "overlap": NO_MEAN, "success": nan, "error": nan, "time": "—"}
+EMPTY |= {"fps": "—", "position": None, "note": "2 of 2 runs failed"}
+FRAME = {"image": b"RIFF", "size": (4, 3), "truth": [nan] * 4, "description": "frame 7"}
+FRAME |= {"boxes": [(1, 1, [1, 1, 2, 1]), (2, 2, [nan] * 4)]}
+ENTRY = {"sequence": "s", "label": "b", "frame": "", "position": POSITION}
+PAIR = {"decision": "better", "difference": 0.181, "n_won": 2, "n_lost": 1, "tip": "a minus b"}
+PAIR |= {"position": POSITION}
 CHART = Chart("t", "overlap", "y", [Line("a", 0, [0, 1], [1, 0.25])], "w", top=1.0, figure="f")
+SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 
-# Card, and parts of its HTML in which * is a marker.
+# Card, its values, and parts of its HTML in which * is a marker.
 PARTS = [
     (
-        Leaderboard(
-            [
-                LeaderRow(
-                    1, "b", 0.8, (0.7, 0.9), "91 %", "3.1 px", "24", "42", PLACE, marked=True
-                ),
-                LeaderRow(0, "a", nan, None, "—", "—", "—", "—", note="2 of 2 runs failed"),
-            ],
-            "8 sequences",
-        ),
+        "leaderboard",
+        {"rows": [ROW, EMPTY], "n_sequences": 8, "notes": []},
         [
+            "over 8 sequences; thin line: ",
             f'<li class="marked" data-k="1"><a class="row" {LINK}><span class="who">* <span><b>b<',
             '<span class="fill c1" style="width:80.0%">',
             '<i class="interval" style="left:70.0%;width:20.0%"></i>',
@@ -52,35 +45,46 @@ PARTS = [
         ],
     ),
     (
-        [Loop("s", 0, 8, STILL, [(1, "b", 0.12)], PLACE)],
+        "frame_image",
+        FRAME,
+        [
+            '<svg class="still" viewBox="0 0 4 3" role="img" aria-label="frame 7"><image href="'
+            'data:image/webp;base64,UklGRg==" width="4" height="3"',
+            '<path class="box c1" d="M1.0,1.0h2.0v1.0h-2.0Z" stroke-dasharray="7 4"/></svg>',
+        ],
+    ),
+    (
+        "worst_frames",
+        {"entries": [ENTRY | {"first": 0, "last": 8, "overlaps": [(1, "b", 0.12)]}]},
         [
             f'<a class="loop" {LINK} data-loop="0,0,8">',
             "<b>s</b><small>frame 7</small>",
             '<span title="b">* <i>b</i> <b>0.12</b></span>',
-            '<svg class="still" viewBox="0 0 4 3" role="img" aria-label="frame 7"><image href="'
-            'data:image/webp;base64,UklGRg==" width="4" height="3"',
-            '<path class="box c1" d="M1.0,1.0h2.0v1.0h-2.0Z" stroke-dasharray="7 4"/>',
         ],
     ),
     (
-        [replace(CHART, title="One"), replace(CHART, percent=True, reference=0.9, caption="c")],
+        "charts",
+        {"charts": [CHART, replace(CHART, is_percent=True, reference=0.9, caption="c")]},
         [
-            '<button aria-pressed="true" data-plot="plot-0">One</button>',
+            '<button aria-pressed="true" data-plot="plot-0">t</button>',
             '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"',
             '<figcaption>c</figcaption><svg viewBox="0 0 440 270"',
             '<li class="at">At overlap 0.9:</li><li>* a <b data-k="0">25 %</b></li>',
         ],
     ),
     (
-        HeatTable(
-            [(0, "a"), (1, "b")],
-            [
-                HeatRow("s", b"", [0.5, 0.25], [PLACE, None]),
-                HeatRow("t", b"", [nan, 1.0], [None] * 2),
+        "overlap_matrix",
+        {
+            "trackers": [(0, "a"), (1, "b")],
+            "rows": [
+                {"sequence": "s", "thumbnail": b"", "overlaps": [0.5, 0.25]}
+                | {"positions": [POSITION, None]},
+                {"sequence": "t", "thumbnail": b"", "overlaps": [nan, 1.0]}
+                | {"positions": [None, None]},
             ],
-            [nan, 0.625],
-            1,
-        ),
+            "means": [nan, 0.625],
+            "n_shown": 1,
+        },
         [
             f'<td style="--share:0.5"><a class="win" {LINK}>0.50<span class="hidden"> highest<',
             '<td style="--share:0.25"><span class="cell">0.25</span></td></tr><tr class="extra">',
@@ -89,27 +93,37 @@ PARTS = [
         ],
     ),
     (
-        PairMatrix([(0, "a"), (1, "b")], [[None, PAIR], [replace(PAIR, answer=""), None]]),
+        "pair_matrix",
+        {
+            "trackers": [(0, "a"), (1, "b")],
+            "rows": [[None, PAIR], [PAIR | {"decision": ""}, None]],
+            "note": "",
+        },
         [
             '<td class="self" aria-label="same tracker">–</td><td class="better" data-column="b">',
-            f'data-tip="a minus b: +0.181" {LINK}><b>better</b> +0.18<small>2 won, 1 lost</small>',
-            f"{LINK}>+0.18<small>",  # too few sequences: no answer
+            f'data-tip="a minus b" {LINK}><b>better</b> +0.18<small>2 won, 1 lost</small>',
+            f"{LINK}>+0.18<small>",  # too few sequences: no decision
         ],
     ),
     (
-        [FailureCard("b", "s", "lost at frame 7", STILL, PLACE)],
-        [f"<li><a {LINK}><svg", "<span>* <b>b</b> on s<br><small>lost at frame 7</small></span>"],
+        "lost_runs",
+        {"entries": [ENTRY | {"reason": "lost at frame 7"}]},
+        [f"<li><a {LINK}><span>* <b>b</b> on s<br><small>lost at frame 7</small></span></a>"],
     ),
     (
-        SequenceFold("k", "s", b"", "highest: b, 0.50", [(1, "b", 0.5)], None, None, "#x", "why"),
+        "sequence_fold",
+        {"key": "k", "sequence": SEQUENCE, "summary": "b, 0.50", "means": [(1, "b", 0.5)]}
+        | {"link": "#x"},
         [
-            '<details class="fold" id="k"><summary><span class="result"><b>s</b> <small>highest: b',
+            '<details class="fold" id="k"><summary><span class="result"><b>s</b> <small>b, 0.50',
             '<i class="fill c1" title="b 0.50" style="height:13.0px"></i>',
-            '<p class="note">why</p><p><a class="open" href="#x">Open in the player</a>',
+            '<p class="note">no file</p><p><a class="open" href="#x">Open in the player</a>',
         ],
     ),
     (
-        Fold("k", "Title", "result", ["`code`"], commands=["x"]),
+        "fold",
+        {"key": "k", "title": "Title", "summary": "result", "paragraphs": ["`code`"]}
+        | {"commands": ["x"]},
         [
             '<details class="fold" id="k"><summary><span class="result"><b>Title</b> <small>result',
             '<p><code>code</code></p><p class="command"><code tabindex="0">x</code><button',
@@ -118,30 +132,33 @@ PARTS = [
 ]
 
 
-@pytest.mark.parametrize(("card", "parts"), PARTS, ids=lambda card: type(card).__name__)
-def test_card_has_its_values_and_links(card, parts):
-    text = re.sub(r"(?<=>)\s{2,}(?=<)|\s*\n\s*", "", card_html(card))
+@pytest.mark.parametrize(("name", "values", "parts"), PARTS, ids=[name for name, *_ in PARTS])
+def test_card_has_its_values_and_links(name, values, parts):
+    text = re.sub(r"(?<=>)\s{2,}(?=<)|\s*\n\s*", "", card(name, **values))
     text = re.sub(r'<svg class="dot".*?</svg>', "*", text)
     for part in parts:
         assert part in text
 
 
-@pytest.mark.parametrize(
-    "card",
-    [
-        Leaderboard([LeaderRow(0, HOSTILE, 0.5, None, "", "", "", "", note=HOSTILE)], HOSTILE),
-        [Loop(HOSTILE, 0, 1, replace(STILL, words=HOSTILE), [(0, HOSTILE, 0.5)], PLACE)],
-        HeatTable([(0, HOSTILE)], [HeatRow(HOSTILE, b"", [0.5], [None])], [0.5], 12),
-        PairMatrix([(0, HOSTILE)], [[PairCell("", 0, 0, 0, HOSTILE, PLACE)]], HOSTILE),
-        [FailureCard(HOSTILE, HOSTILE, HOSTILE, STILL, PLACE)],
-        SequenceFold("k", HOSTILE, b"", HOSTILE, [(0, HOSTILE, 0.5)], None, None, "#", HOSTILE),
-        Fold("k", HOSTILE, HOSTILE, [HOSTILE], commands=[HOSTILE]),
-        Chart(HOSTILE, HOSTILE, "y", [Line(HOSTILE, 0, [0, 1], [0, 1])], HOSTILE, figure="f"),
-    ],
-    ids=lambda card: type(card).__name__,
-)
-def test_hostile_names_are_text(card):
-    text = card_html(card)
+def hostile(value):
+    """Return the values of a card with a hostile text in place of each text that is printed."""
+    if isinstance(value, dict):
+        return {key: entry if key == "key" else hostile(entry) for key, entry in value.items()}
+    if isinstance(value, Chart):
+        line = replace(value.lines[0], label=HOSTILE)
+        return replace(value, title=HOSTILE, x=HOSTILE, description=HOSTILE, lines=[line])
+    if isinstance(value, PlayerSequence):
+        return replace(value, name=HOSTILE, reason=HOSTILE)
+    if isinstance(value, list):
+        return [*map(hostile, value)]
+    if type(value) is tuple:
+        return tuple(map(hostile, value))
+    return HOSTILE if isinstance(value, str) else value
+
+
+@pytest.mark.parametrize(("name", "values"), [entry[:2] for entry in PARTS])
+def test_hostile_names_are_text(name, values):
+    text = card(name, **hostile(values))
     assert "<script" not in text
     assert "\x1b" not in text
     assert "&lt;script&gt;" in text

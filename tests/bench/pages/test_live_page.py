@@ -10,10 +10,10 @@ import numpy as np
 import pytest
 
 from tests import browser
-from tests.bench.pages.reading import data_of
+from tests.bench.pages.reading import data_of, stored_runs
 from trackmark import bench, datasets
-from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.commands import show
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.pages.live_page import write_live_page
 
@@ -69,7 +69,7 @@ def player(chromium, page):
     chromium.console.clear()
     chromium.size(1280, 1000)
     chromium.open(page.as_uri())
-    chromium.wait("scene && paintedFrame === 0 && byId('player').open")
+    chromium.wait("sequence && paintedFrame === 0 && byId('player').open")
     yield chromium
     assert chromium.console == []
 
@@ -80,10 +80,13 @@ def block(page, name):
 
 def test_page_contains_estimates_of_each_frame(page):
     data = data_of(page.read_text())
-    (scene,) = data["scenes"]
+    (sequence,) = data["sequences"]
     assert data["labels"] == ["seeing", "static"]
-    assert scene["takes"][0][4:7] == [True, ["left", "right <b>"], True]
-    assert scene["takes"][1][4:7] == [False, [], False]
+    keys = "is_ellipse", "maps", "numbers"
+    assert [[run[key] for key in keys] for run in sequence["runs"]] == [
+        [True, ["left", "right <b>"], True],
+        [False, [], False],
+    ]
     x, y, width, height = datasets.load(SEQUENCE).boxes[0].round(1)
     true, shapes = json.loads(zlib.decompress(block(page, "shapes-0"))).values()
     mask = datasets.load(SEQUENCE).mask(7)
@@ -100,7 +103,7 @@ def test_page_contains_estimates_of_each_frame(page):
     assert len(shapes["7"]["masks"]) == 1
     numbers = json.loads(zlib.decompress(block(page, "numbers-0-0")))
     assert numbers["frame_number"] == [None, *range(1, 12)]
-    (sizes,) = scene["reels"]["map0.0"]
+    (sizes,) = sequence["chunk_sizes"]["map0.0"]
     assert sizes[0] == 0  # the first frame has no map
     film = block(page, "map0.0-0-0")
     decoded = cv2.imdecode(np.frombuffer(film[: sizes[1]], np.uint8), 1)
@@ -112,7 +115,7 @@ def test_player_shows_layers_maps_and_numbers(player):
     for number in range(1, 4):
         player.key("ArrowRight")
         player.wait(f"paintedFrame === {number} && paintedMap !== null")
-        text = player.run("byId('told').textContent")
+        text = player.run("byId('values').textContent")
         assert "seeing: half_width" in text
         assert f"frame_number {number}" in text
     pixels = "screen.toDataURL()"
@@ -126,12 +129,12 @@ def test_player_shows_layers_maps_and_numbers(player):
     before = player.run(pixels)
     player.key("h")
     player.wait(f"state.get('map') === 'right <b>' && {pixels} !== '{before}'")
-    assert player.run("byId('whose').textContent") == "of seeing"
+    assert player.run("byId('map-tracker').textContent") == "of seeing"
     player.key("h")
     player.wait("!state.has('map') && paintedMap === null")
-    assert player.run("byId('whose').textContent") == ""
+    assert player.run("byId('map-tracker').textContent") == ""
     player.key("o")
-    assert "No run on this sequence has revised boxes" in player.run("byId('said').textContent")
+    assert "No run on this sequence has revised boxes" in player.run("byId('message').textContent")
     player.run("choose({show: 'none', hide: 'boxes'}); 0")
     drawn = player.run(pixels)
     player.key("k")  # the mask of the ground truth
@@ -141,13 +144,13 @@ def test_player_shows_layers_maps_and_numbers(player):
 @browser.needs_browser
 def test_frame_keeps_its_size_while_numbers_change(player):
     player.size(768, 1024)
-    numbers = "scene.takes.find((take) => take.numbers).numbers"
+    numbers = "sequence.runs.find((run) => run.numbers).numbers"
     player.run(f"{numbers}.much = [1, 2, 30, null].map((n) => n && 'x '.repeat(n)); 0")
     heights = []
     for frame in (2, 0, 1, 3):
         player.run(f"move({frame})")
         player.wait(f"paintedFrame === {frame}")
-        heights.append(player.run("byId('stage').clientHeight"))
+        heights.append(player.run("byId('view').clientHeight"))
     assert len(set(heights)) == 1
 
 
@@ -162,10 +165,10 @@ def first_box(text):
 def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     trackers = "knob.py:Knob,static"
     run = ("run", "--trackers", trackers, "--sequences", "data/Small", "--name", "mine")
-    trackmark(*run, "--seeds", 3)
+    trackmark(*run, "--repetitions", 3)
     stored = {
         row["repetition"]: run.boxes[2].tolist()
-        for row, run, _ in one_pass_runs(workspace / "results" / "mine")
+        for row, run, _ in stored_runs(workspace / "results" / "mine")
         if row["tracker"] == "knob.py:Knob"
     }
     assert stored[0] != stored[2]
@@ -173,8 +176,9 @@ def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     for repetition, options in ((0, ()), (2, ("--repetition", 2))):
         trackmark(*command, *options)
         text = (workspace / "live.html").read_text()
-        takes = data_of(text)["scenes"][0]["takes"]
-        assert [take[1] for take in takes] == [repetition, 0]  # a deterministic tracker has one
+        runs = data_of(text)["sequences"][0]["runs"]
+        # A deterministic tracker has one repetition.
+        assert [run["repetition"] for run in runs] == [repetition, 0]
         assert first_box(text) == pytest.approx(stored[repetition], abs=0.051)
         assert f"in repetition {repetition}. Select" in text
         ending = ", repetition 2" if repetition else ""
@@ -239,5 +243,5 @@ def test_map_of_another_size_fails_the_run(make_sequence):
         def maps(self, image):
             return {"small": np.zeros((2, 2))}
 
-    assert not bench.evaluate_run(Wrong, make_sequence()).failure
-    assert "map 'small'" in bench.evaluate_run(Wrong, make_sequence(), keep_arrays=True).failure
+    assert not evaluate_run(Wrong, make_sequence()).failure
+    assert "map 'small'" in evaluate_run(Wrong, make_sequence(), keep_arrays=True).failure

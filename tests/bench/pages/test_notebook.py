@@ -41,8 +41,8 @@ def results(trackmark, workspace, otb):
 
 
 def test_notebook_shows_results_as_table(results):
-    loaded = tm.load_results(results)
-    assert len(loaded.runs) == 4
+    loaded = tm.load_runs(results)
+    assert len(loaded) == 4
     tags = Tags(loaded._repr_html_())
     assert tags.open == []
     assert {tag for tag, _ in tags.seen} <= {
@@ -55,15 +55,15 @@ def test_notebook_shows_results_as_table(results):
 
 
 def test_player_is_page_of_one_sequence_in_sandbox(results, tmp_path):
-    player = tm.player(tm.load_results(results), NAME, 2, "knob.py:Knob")
+    player = tm.player(tm.load_runs(results), NAME, 2, "knob.py:Knob")
     tags = Tags(player._repr_html_())
     ((tag, attributes),) = tags.seen
     assert tag == "iframe"
     assert "allow-same-origin" not in attributes["sandbox"]
     assert attributes["srcdoc"] == player.page
     data = json.loads(re.search(r'id="data">(.*?)</script>', player.page, re.S)[1])
-    assert [scene["name"] for scene in data["scenes"]] == [NAME]
-    assert len(data["scenes"][0]["takes"]) == 2
+    assert [entry["name"] for entry in data["sequences"]] == [NAME]
+    assert len(data["sequences"][0]["runs"]) == 2
     address = address_of(f"#{data['start']}", data)
     assert address.endswith("tracker=knob.py%3AKnob&repetition=0&frame=2")
     assert "alert('x')" not in player.page

@@ -13,9 +13,9 @@ from hypothesis.extra.numpy import arrays
 
 from tests.reports.contrast import contrast, rgb
 from trackmark.bench.pages import page as pages
-from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerScene
-from trackmark.bench.pages.page import write_page
-from trackmark.bench.pages.player_frames import ABSENT, encode_film, pack_boxes, quantise
+from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence, player_link
+from trackmark.bench.pages.page import card, write_page
+from trackmark.bench.pages.player_frames import ABSENT, encode_images, pack_boxes, quantise
 from trackmark.reports.charts import Chart, Line, PlayerPosition
 from trackmark.reports.tables import Cell, Table
 
@@ -53,7 +53,7 @@ def test_boxes_come_back_to_a_fiftieth_of_a_pixel(boxes):
 
 def test_page_can_contain_texts_only(tmp_path):
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", scenes=True, caption="<b>")])
+        tmp_path / "a.html", Page("T", [PageSection("a", "A", lists_sequences=True, caption="<b>")])
     )
     text = path.read_text()
     assert "&lt;b&gt;" in text
@@ -64,9 +64,8 @@ def test_gaps_and_infinities_are_left_out(tmp_path):
     chart = Chart("c", "x", "y", [Line("l", 0, [0, 1], [np.nan, np.inf])], "words")
     table = Table("t", "", ["", "n"], 1, [[Cell("a"), Cell("—")]])
     sheet = PageTable(table, [[None]])
-    (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[sheet, chart])])
-    )
+    cards = [card("page_table", sheet=sheet), card("chart", chart=chart)]
+    (path,) = write_page(tmp_path / "a.html", Page("T", [PageSection("a", "A", cards)]))
     text = path.read_text()
     assert 'class="curve' not in text
 
@@ -77,13 +76,13 @@ def decoded(frame):
 
 def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
     images = [np.full((40, 60, 3), shade, np.uint8) for shade in range(0, 250, 5)]
-    frames = [frame for chunk in encode_film(iter(images), height=160) for frame in chunk]
+    frames = [frame for chunk in encode_images(iter(images), height=160) for frame in chunk]
     assert [decoded(frame).shape for frame in frames] == [(40, 60, 3)] * 50
     assert all(
         abs(decoded(frame).mean() - shade) < 2
         for frame, shade in zip(frames, range(0, 250, 5), strict=True)
     )
-    assert [decoded(frame).shape for (frame,) in encode_film(images[:1], height=20)] == [
+    assert [decoded(frame).shape for (frame,) in encode_images(images[:1], height=20)] == [
         (20, 30, 3)
     ]
 
@@ -96,8 +95,8 @@ def test_link_of_a_position_has_numbers():
 
 
 def test_address_contains_names_unchanged():
-    scene = PlayerScene("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
-    address = Page("", [], ["x y"], [scene]).opening(scene, 7, tracker="x y")
+    sequence = PlayerSequence("a&b=ц#", (4, 3), np.zeros((9, 4)), [])
+    address = player_link(sequence, 7, tracker="x y")
     assert address == "#sequence=a%26b%3D%D1%86%23&frame=7&tracker=x+y"
 
 

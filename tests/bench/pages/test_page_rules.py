@@ -17,7 +17,7 @@ from tests.bench.pages.reading import (
     violations,
     write_experiment_page,
 )
-from trackmark import bench
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 
 pytestmark = browser.needs_browser
@@ -47,7 +47,7 @@ def write_extreme(tmp_path_factory, without_processes):
         scenes = (f"plain/target:length=12:scene={n}" for n in range(n_scenes))
         experiment = Experiment(name, named, tuple(map(SequenceSource, scenes)))
         with without_processes():
-            stored = bench.run_experiment(experiment, folder / name, jobs=1)
+            stored = run_experiment(experiment, folder / name, jobs=1)
         return write_experiment_page(stored, folder / "pages" / name)
 
     return write
@@ -130,7 +130,7 @@ def test_player_opens_and_closes_by_keys(opened_page):
     opened_page.key("ArrowLeft" if before else "ArrowRight")
     assert abs(opened_page.run("frame") - before) == 1
     opened_page.key("f")
-    assert opened_page.run("byId('said').textContent")
+    assert opened_page.run("byId('message').textContent")
     opened_page.key("Escape")
     opened_page.wait("!dialog.open")
     assert opened_page.run(f"document.activeElement === {cell}")

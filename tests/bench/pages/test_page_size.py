@@ -9,8 +9,8 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import run_identity
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import load
 
 TRACKERS = ("camshift", "mean-shift", "particle-filter", "opencv-mil", "multipart", "wang2010")
@@ -21,13 +21,13 @@ def stored(folder, sequences, repetitions):
     """Store results of trackers that walk at random around the ground truth."""
     sources = tuple(map(SequenceSource, sequences))
     experiment = Experiment("many", TRACKERS, sources, repetitions=repetitions)
-    results = Results(folder / "many")
+    results = RunStore(folder / "many")
     plan = make_plan(experiment, results)
-    results.prepare(plan.manifest())
+    results.add_requests(plan.requested_runs())
     rng = np.random.default_rng(0)
     for number in range(len(sequences)):
         sequence = load(plan.sequences[number].source.text)
-        write_truth(results.folder, sequence)
+        add_truth_of(results.folder, sequence)
         n = len(sequence)
         for tracker in plan.trackers.values():
             for repetition in range(repetitions):
@@ -36,8 +36,8 @@ def stored(folder, sequences, repetitions):
                 boxes[0] = sequence.boxes[0]
                 boxes[:, 2:] = boxes[:, 2:].clip(2)
                 fields = {"visible": np.ones(n, bool), "confidence": np.full(n, np.nan)}
-                fields["circumstances"] = {"source": sequences[number]}
-                assert results.write(
+                fields["metadata"] = {"source": sequences[number]}
+                assert results.add(
                     Run(run_identity(tracker, sequence, repetition), boxes, **fields)
                 )
     return results.folder

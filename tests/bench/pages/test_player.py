@@ -18,10 +18,11 @@ from tests.bench.pages.reading import (
     failing_tracker,
     open_frame,
     state,
+    stored_runs,
     write_experiment_page,
 )
-from trackmark import bench, datasets
-from trackmark.bench.analysis.stored_runs import one_pass_runs
+from trackmark import datasets
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
@@ -32,7 +33,7 @@ pytestmark = browser.needs_browser
 FIRST = "plain/target:length=60:scene=0"
 NOISY = "plain/target:length=60:scene=9:noise=30"
 PIXELS = "screen.toDataURL()"
-MESSAGE = "byId('said').textContent"
+MESSAGE = "byId('message').textContent"
 
 
 def test_number_and_copied_link_open_worst_frame(opened_page):
@@ -59,21 +60,21 @@ def test_number_and_copied_link_open_worst_frame(opened_page):
 
 
 def test_boxes_are_drawn_at_their_places(opened_page, results):
-    stored = {row["tracker"]: (row, run, truth) for row, run, truth in one_pass_runs(results)}
+    stored = {row["tracker"]: (row, run, truth) for row, run, truth in stored_runs(results)}
     row, run, truth = stored["camshift"]
     tracker = opened_page.run("data.labels.indexOf('camshift')")
     repetition = row["repetition"]
     open_frame(
         opened_page, sequence=row["sequence"], tracker="camshift", repetition=repetition, frame=30
     )
-    got = opened_page.run(f"scene.box(scene.take({tracker}, {repetition}).row, 30)")
+    got = opened_page.run(f"sequence.box(sequence.run({tracker}, {repetition}).row, 30)")
     assert got == pytest.approx(run.boxes[30], abs=0.0501)
-    assert opened_page.run("scene.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
+    assert opened_page.run("sequence.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
     # The right edge of the ground truth, in the middle, is white or black: its dashes.
     opened_page.run("choose({show: 'none'})")
     opened_page.wait("!byId('legend').querySelector('[aria-pressed=true]')")
     x, y, width, height = truth.boxes[30]
-    scale = opened_page.run("screen.width / scene.size[0]")
+    scale = opened_page.run("screen.width / sequence.size[0]")
     pixels = opened_page.run(
         f"[...pen.getImageData({(x + width) * scale - 1}, {y * scale}, 2, {height * scale}).data]"
     )
@@ -94,7 +95,7 @@ def test_keys_move_by_frames_and_to_failures(opened_page, results):
         opened_page.key(key, shift=shift)
         assert opened_page.run("frame") == frame, key
     boxes, truth = {}, None
-    for row, run, stored in one_pass_runs(results, sequence=name):
+    for row, run, stored in stored_runs(results, sequence=name):
         if row["repetition"] == 1 or row["tracker"] not in boxes:
             boxes[row["tracker"]], truth = run.boxes, stored.boxes
     out = [~centre_inside(truth, its) for its in boxes.values()]
@@ -116,7 +117,7 @@ def test_keys_move_by_frames_and_to_failures(opened_page, results):
 
 
 CONTROLS = [
-    "#play", "#curve", "#screen", "#link", "#save", "#helped", "#measured", "#lens",
+    "#play", "#curve", "#screen", "#link", "#save", "#help-button", "#curve-kind", "#lens",
     "#legend button:nth-child(2)", "[data-key=f]", "[data-key=ArrowLeft]",
     "#repetition",
 ]  # fmt: skip
@@ -188,13 +189,13 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
     for held in (False, True):
         if held:
             opened_page.key("c", held=True)
-            assert opened_page.run("drawnTakes().map(take => take.repetition)") == [1]
+            assert opened_page.run("drawnRuns().map(run => run.repetition)") == [1]
             assert "(repetition 1)" in opened_page.run(entry)
         numbers.append(
             re.findall(r"[\d.]+", opened_page.run(entry.replace("]", "].lastChild")))[-2:]
         )
     opened_page.release("c")
-    for row, run, truth in one_pass_runs(results, sequence=name):
+    for row, run, truth in stored_runs(results, sequence=name):
         if row["tracker"] == tracker and row["repetition"] < 2:
             near, error = map(float, numbers[row["repetition"]])
             assert near == pytest.approx(overlap(truth.boxes[33:34], run.boxes[33:34])[0], abs=0.01)
@@ -220,15 +221,15 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
 def test_player_switches_to_revised_boxes(opened_page, results):
     name, tracker = canonical_name(FIRST), opened_page.run("data.labels[2]")
     open_frame(opened_page, sequence=name, tracker=tracker, repetition=0, frame=3)
-    online = opened_page.run("drawnTakes().map(rowOf)")
+    online = opened_page.run("drawnRuns().map(rowOf)")
     opened_page.key("o")
-    assert state(opened_page)["trace"] == "revised"
-    revised = opened_page.run("drawnTakes().map(rowOf)")
+    assert state(opened_page)["trajectory"] == "revised"
+    revised = opened_page.run("drawnRuns().map(rowOf)")
     assert revised == [*online[:2], online[2] + 1]  # one of the trackers revises
     (run, *_) = (
-        run for row, run, _ in one_pass_runs(results, sequence=name) if row["tracker"] == tracker
+        run for row, run, _ in stored_runs(results, sequence=name) if row["tracker"] == tracker
     )
-    rows = opened_page.run(f"[{online[2]}, {revised[2]}].map((row) => scene.box(row, 3)[0])")
+    rows = opened_page.run(f"[{online[2]}, {revised[2]}].map((row) => sequence.box(row, 3)[0])")
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)
 
 
@@ -240,7 +241,8 @@ def test_frame_keeps_aspect_ratio_and_fills_space(opened_page, width, height):
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     rect = "(({width, height}) => [width, height])(screen.getBoundingClientRect())"
     wide, tall = opened_page.run(rect)
-    assert wide / tall == pytest.approx(opened_page.run("scene.size[0] / scene.size[1]"), rel=0.005)
+    shape = opened_page.run("sequence.size[0] / sequence.size[1]")
+    assert wide / tall == pytest.approx(shape, rel=0.005)
     assert wide > {1920: 900, 390: 360}.get(width, 300)
     assert opened_page.run("dialog.scrollHeight <= dialog.clientHeight")
     assert opened_page.run("dialog.scrollWidth") <= width
@@ -270,7 +272,7 @@ def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(opened_page, pa
     opened_page.wait("byId('player').open && paintedFrame >= 0")
     opened_page.run("choose({other: '2.1'}); byId('menu').open = true; 0")
     touch(opened_page, "touchStart", opened_page.run(middle.format("#hold")))
-    opened_page.wait("held && drawnTakes()[0].repetition === 1")
+    opened_page.wait("held && drawnRuns()[0].repetition === 1")
     touch(opened_page, "touchEnd")
     opened_page.wait("!held")
     opened_page.key("m")
@@ -317,7 +319,8 @@ def test_link_to_missing_item_shows_message(opened_page):
 
 
 def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
-    opened_page.run("setLooping(false); scenes.clear(); data.scenes[0].kept = [10, 11, 12, 30]; 0")
+    opened_page.run("setLooping(false); openedSequences.clear()")
+    opened_page.run("data.sequences[0].frame_numbers = [10, 11, 12, 30]")
     opened_page.run(
         "window.marks = []; CanvasRenderingContext2D.prototype.fillRect = function (x) {"
         " if (this === curvePen && this.fillStyle === accent) marks.push(x); };"
@@ -339,8 +342,8 @@ def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
 def test_timeline_marks_success_failure_and_loss(opened_page):
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     opened_page.run(
-        "{ const curve = scene.curve(1); curve.out.fill(0); curve.out.fill(1, 20, 29);"
-        " curve.out.fill(1, 40, 50); } window.lanes = []; window.crosses = 0;"
+        "{ const curve = sequence.curve(1); curve.outside.fill(0); curve.outside.fill(1, 20, 29);"
+        " curve.outside.fill(1, 40, 50); } window.lanes = []; window.crosses = 0;"
         " { const fill = curvePen.fillRect, stroke = curvePen.stroke; curvePen.fillRect ="
         " function (x, y, w, h) { lanes.push([y, h, this.globalAlpha]);"
         " fill.call(this, x, y, w, h); };"
@@ -348,7 +351,7 @@ def test_timeline_marks_success_failure_and_loss(opened_page):
         " ...(path ? [path] : [])); }; } choose({show: '0'}); 0"
     )
     opened_page.wait("lanes.length")
-    assert opened_page.run("lostFrame(drawnTakes()[0])") == 40  # nine frames are not enough
+    assert opened_page.run("lostFrame(drawnRuns()[0])") == 40  # nine frames are not enough
     thin = opened_page.run("lanes.filter(([, height]) => height === 1.5).length")
     assert thin == 19
     assert opened_page.run("new Set(lanes.map(([, , alpha]) => alpha)).size") <= 2
@@ -394,9 +397,9 @@ def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_pa
 
 def test_frames_are_kept_in_order_and_small(page):
     text = page.read_text()
-    for number, scene in enumerate(data_of(text)["scenes"]):
-        sequence = datasets.load(scene["name"])
-        sizes = scene["reels"]["thumbnails"]
+    for number, entry in enumerate(data_of(text)["sequences"]):
+        sequence = datasets.load(entry["name"])
+        sizes = entry["chunk_sizes"]["thumbnails"]
         assert sum(map(len, sizes)) == len(sequence)
         block = re.search(f'id="thumbnails-{number}-0">(.*?)</script>', text, re.S)[1]
         content = b64decode(block)
@@ -415,17 +418,17 @@ def test_absent_failures_are_stated(opened_page):
     opened_page.key("f")
     assert opened_page.run("frame") == 3
     assert opened_page.run(MESSAGE) == "No tracker is shown."
-    opened_page.run("{ const curve = scene.curve(1); curve.out.fill(0); curve.out[40] = 1; } 0")
+    opened_page.run("{ const { outside } = sequence.curve(1); outside.fill(0); outside[40] = 1; }")
     opened_page.run("choose({show: '0'})")
     for frame in (3, 40, 50):
         opened_page.run(f"move({frame})")
         opened_page.key("f")
         assert opened_page.run("frame") == 40
-        message = f"{trackers[0]} leaves the true box at frame 40."
+        message = f"{trackers[0]} leaves the ground-truth box at frame 40."
         assert opened_page.run(MESSAGE) == message
-    opened_page.run("scene.curve(1).out.fill(0)")
+    opened_page.run("sequence.curve(1).outside.fill(0)")
     opened_page.key("f")
-    assert opened_page.run(MESSAGE) == "No shown tracker leaves the true box."
+    assert opened_page.run(MESSAGE) == "No shown tracker leaves the ground-truth box."
 
 
 def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path, without_processes):
@@ -433,7 +436,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
     experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
     with without_processes():
-        page = write_experiment_page(bench.run_experiment(experiment, tmp_path, jobs=1), tmp_path)
+        page = write_experiment_page(run_experiment(experiment, tmp_path, jobs=1), tmp_path)
     chromium.console.clear()
     chromium.size(1280, 900)
     chromium.open(page.as_uri())
@@ -449,14 +452,14 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
         assert chromium.run(MESSAGE) == message
     chromium.key("Home")
     messages = []
-    for frame in (chromium.run("scene.curve(2).out.indexOf(1)"), 12):
+    for frame in (chromium.run("sequence.curve(2).outside.indexOf(1)"), 12):
         chromium.key("f")
         chromium.wait(f"paintedFrame === {frame}")
         messages.append(chromium.run(MESSAGE))
-    assert "Failing leaves the true box at frame" in messages[0]
-    assert messages[1].startswith("failing.py:Failing stops at frame 12. Its run failed: frame 12")
+    assert "Failing leaves the ground-truth box at frame" in messages[0]
+    assert messages[1].startswith("failing.py:Failing fails at frame 12. Its run failed: frame 12")
     assert chromium.run(legend).endswith("Failing (failed)0.00 no box")
-    curve = "[...scene.curve(2).error].map((one) => !Number.isNaN(one))"
+    curve = "[...sequence.curve(2).error].map((one) => !Number.isNaN(one))"
     assert chromium.run(curve) == [True] * 12 + [False] * 8
     assert chromium.console == []
 
@@ -464,7 +467,7 @@ def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path,
 MANY = """for (let number = data.labels.length; number < 24; number++) {
   data.labels.push(`particle-filter:particles=${number}`);
   data.trackers.push(data.labels[number]);
-  scene.takes.push({ ...scene.takes[0], number, tracker: number });
+  sequence.runs.push({ ...sequence.runs[0], number, tracker: number });
 }
 const inLegend = (one) => {
   const [its, all] = [one, byId("legend")].map((node) => node.getBoundingClientRect());
@@ -483,7 +486,7 @@ def test_legend_of_many_trackers_scrolls_to_the_chosen_one(opened_page, width, h
     opened_page.wait("byId('legend').children.length === 25")
     assert opened_page.run("byId('legend').scrollWidth <= byId('legend').clientWidth")
     assert opened_page.run("byId('legend').scrollHeight > byId('legend').clientHeight")
-    assert opened_page.run("byId('stage').getBoundingClientRect().height") > height / 5
+    assert opened_page.run("byId('view').getBoundingClientRect().height") > height / 5
     opened_page.run("choose({tracker: data.labels[20]})")
     opened_page.wait("inLegend(byId('legend').children[21])")
     opened_page.run("byId('legend').lastChild.focus()")

@@ -6,9 +6,8 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, state
-from trackmark.bench.pages.card_types import Fold
 from trackmark.bench.pages.content import Page, PageSection, PageTable
-from trackmark.bench.pages.page import write_page
+from trackmark.bench.pages.page import card, write_page
 from trackmark.reports.charts import Chart, Line
 from trackmark.reports.tables import Cell, Table
 
@@ -26,10 +25,10 @@ CUT = """[...document.querySelectorAll("main *")]
 
 
 def table(name, columns, rows=40):
-    heads = ["sequence", "tracker", *(f"90th percentile {n} [px]" for n in range(columns))]
+    headings = ["sequence", "tracker", *(f"90th percentile {n} [px]" for n in range(columns))]
     labels = [Cell(LONG), Cell("particle-filter:particles=200")]
     return Table(
-        name, f"Of {LONG}.", heads, 2, [[*labels, *[Cell("12.34 ±5.67")] * columns]] * rows
+        name, f"Of {LONG}.", headings, 2, [[*labels, *[Cell("12.34 ±5.67")] * columns]] * rows
     )
 
 
@@ -39,13 +38,13 @@ def tables(tmp_path_factory):
     lines = [Line(f"t{n}", n, [0, 1, 2], [0, n, 1]) for n in range(9)]
     charts = [Chart(f"Chart {n}", "x", "y", lines[: 3 + n], "words") for n in range(6)]
     wide = [PageTable(table(f"wide-{columns}", columns)) for columns in (3, 8, 25)]
-    claimed = [PageTable(table("claimed", 12, 2))]
+    claimed = {"tables": [PageTable(table("claimed", 12, 2))], "paragraphs": ["Words."]}
     command = "trackmark report " + " ".join(f"--results-of {LONG}-{n}" for n in range(9))
-    fold = Fold("card", "A claim", "", ["Words."], claimed, [command])
+    fold = card("fold", key="card", title="A claim", commands=[command], **claimed)
     sections = [
-        PageSection("tables", "Tables", blocks=wide),
-        PageSection("charts", "Charts", blocks=charts),
-        PageSection("cards", "Claims", blocks=[fold]),
+        PageSection("tables", "Tables", [card("page_table", sheet=entry) for entry in wide]),
+        PageSection("charts", "Charts", [card("chart", chart=chart) for chart in charts]),
+        PageSection("cards", "Claims", [fold]),
     ]
     path = tmp_path_factory.mktemp("printed") / "report.html"
     return write_page(path, Page("T", sections))[0]
@@ -85,8 +84,8 @@ def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dar
 @pytest.mark.usefixtures("on_paper")
 def test_controls_are_not_printed(chromium, page):
     chromium.open(page.as_uri())
-    scene = chromium.run("data.scenes[0].name")
-    open_frame(chromium, sequence=scene, tracker="static", repetition=0, frame=5)
+    name = chromium.run("data.sequences[0].name")
+    open_frame(chromium, sequence=name, tracker="static", repetition=0, frame=5)
     chromium.call("Emulation.setEmulatedMedia", media="print")
     controls = "[...document.querySelectorAll('nav, input, select, dialog, header label, .copy')]"
     assert chromium.run(f"{controls}.filter(one => one.checkVisibility()).length") == 0

@@ -15,20 +15,21 @@ from tests.bench.pages.reading import (
     canonical_name,
     data_of,
     open_frame,
+    stored_runs,
     write_experiment_page,
 )
-from trackmark import bench
-from trackmark.bench.analysis.by_metrics import preset_report
-from trackmark.bench.analysis.stored_runs import judged_runs
+from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
+from trackmark.bench.store.runs import Runs
 
 SOURCE = "plain/target:length=60:scene=9:noise=30"
 LENGTH = 60
 PROTOCOLS = (
-    "real-time:seconds=0.1",
+    "real-time:update_seconds=0.1",
     "supervised:threshold=0.6",
     "tre:starts=3",
     "anchors:spacing=20",
@@ -45,11 +46,12 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
         sources = (SequenceSource(SOURCE),)
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
-            stored = bench.run_experiment(experiment, folder, jobs=1)
-        if protocol == "real-time:seconds=0.1":
+            stored = run_experiment(experiment, folder, jobs=1)
+        if protocol == "real-time:update_seconds=0.1":
             text = write_experiment_page(stored, folder / "first").read_text()
             assert "There is no comparison: there are no one-pass runs." in text
-    return stored, write_experiment_page(stored, folder, preset_report(stored, ["native"]).tables)
+    tables, _ = metric_tables(Runs.open(stored), ["native"])
+    return stored, write_experiment_page(stored, folder, tables)
 
 
 def unpacked(text, frames):
@@ -64,32 +66,39 @@ def test_segments_have_boxes_in_their_frames(by_protocols):
     folder, page = by_protocols
     text = page.read_text()
     data = data_of(text)
-    (scene,) = data["scenes"]
+    (sequence,) = data["sequences"]
     boxes = unpacked(re.search(r'id="boxes-0">(.*?)</script>', text, re.S)[1], LENGTH)
     restarts = 0
-    for row, run, _ in judged_runs(folder):
+    runs = Runs.open(folder)
+    for row, run, _ in runs.read(runs.evaluated_rows()):
         name = row["tracker"]
-        name += "" if row["protocol"] == "accuracy" else f" ({row['protocol']})"
+        name += "" if row["protocol"] == "one-pass" else f" ({row['protocol']})"
         number = data["labels"].index(name)
-        takes = [t for t in scene["takes"] if t[:2] == [number, row["repetition"]]]
-        earlier = scene["takes"][: scene["takes"].index(takes[0])]
-        first = 1 + sum(1 + take[2] for take in earlier)  # after the ground truth and revised boxes
+        key = number, row["repetition"]
+        parts_of_run = [p for p in sequence["runs"] if (p["tracker"], p["repetition"]) == key]
+        earlier = sequence["runs"][: sequence["runs"].index(parts_of_run[0])]
+        # The ground truth and revised boxes have rows of their own.
+        first = 1 + sum(1 + part["has_revised"] for part in earlier)
         parts = run.segments or (np.arange(LENGTH),)
-        assert [take[7] for take in takes] == [*range(len(parts))]
+        assert [part["start"] for part in parts_of_run] == [*range(len(parts))]
         pieces = np.split(run.boxes, np.cumsum([len(part) for part in parts])[:-1])
-        for take, frames, piece in zip(takes, parts, pieces, strict=True):
+        for part, frames, piece in zip(parts_of_run, parts, pieces, strict=True):
             wanted = np.full((LENGTH, 4), np.nan)
             wanted[frames] = piece
-            np.testing.assert_allclose(boxes[first + take[7] * (1 + take[2])], wanted, atol=0.0501)
-            judged = {frame for first, last in take[9] for frame in range(first, last + 1)}
+            np.testing.assert_allclose(
+                boxes[first + part["start"] * (1 + part["has_revised"])], wanted, atol=0.0501
+            )
+            judged = {frame for first, last in part["scored"] for frame in range(first, last + 1)}
             if run.segments:
                 assert judged == {*frames[1:].tolist()}
-                assert f"from frame {frames[0]}" in take[8]
+                assert f"from frame {frames[0]}" in part["start_label"]
             if run.states is not None:
-                assert take[10] == [*np.flatnonzero(run.states == FrameState.INITIALISED)[1:]]
+                assert part["restarts"] == [
+                    *np.flatnonzero(run.states == FrameState.INITIALISED)[1:]
+                ]
                 assert judged == {*np.flatnonzero(run.states >= FrameState.FAILED).tolist()}
-                restarts += len(take[10])
-            assert judged or row["protocol"] == "accuracy"
+                restarts += len(part["restarts"])
+            assert judged or row["protocol"] == "one-pass"
     assert restarts
 
 
@@ -97,7 +106,7 @@ def test_number_opens_the_worst_segment_and_frame(by_protocols):
     folder, page = by_protocols
     tables = Cells(page.read_text()).tables
     worst = []
-    for row, run, truth in judged_runs(folder, protocol="sre"):
+    for row, run, truth in stored_runs(folder, protocol="sre"):
         pieces = np.split(run.boxes, np.cumsum([len(part) for part in run.segments])[:-1])
         for number, (frames, piece) in enumerate(zip(run.segments, pieces, strict=True)):
             errors = centre_error(truth.boxes[frames], piece)[1:]
@@ -124,7 +133,7 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     labels, name, text = (
         chromium.run("data.labels"),
         canonical_name(SOURCE),
-        "byId('told').textContent",
+        "byId('values').textContent",
     )
     supervised, tre = (
         next(label for label in labels if word in label) for word in ("supervised", "tre")
@@ -132,20 +141,23 @@ def test_player_shows_segments_and_restarts(chromium, by_protocols):
     number = labels.index(supervised)
     address = {"sequence": name, "tracker": supervised, "show": number, "repetition": 0}
     chromium.run(f"location.hash = {json.dumps(urlencode({'sequence': name, 'frame': 1}))}")
-    chromium.wait("scene && paintedFrame === 1")
-    mark = chromium.run(f"scene.take({number}, 0, 0).marks[0]")
+    chromium.wait("sequence && paintedFrame === 1")
+    mark = chromium.run(f"sequence.run({number}, 0, 0).restarts[0]")
     heights = []
-    for frame, words in ((mark, "initialised with the true box"), (mark - 1, "skipped"), (1, "")):
+    expected = (mark, "initialised with the ground-truth box"), (mark - 1, "skipped"), (1, "")
+    for frame, words in expected:
         open_frame(chromium, **address, frame=frame)
         visible_text = chromium.run(text)
         assert words in visible_text if words else visible_text == ""
-        heights.append(chromium.run("byId('told').clientHeight"))
+        heights.append(chromium.run("byId('values').clientHeight"))
     assert len({*heights[1:]}) == 1  # nothing moves
-    assert chromium.run(f"Number.isNaN(scene.curve(scene.take({number}, 0, 0).row).error[{mark}])")
+    assert chromium.run(
+        f"Number.isNaN(sequence.curve(sequence.run({number}, 0, 0).row).error[{mark}])"
+    )
     messages = []
     for _ in range(4):
         chromium.key("f")
-        messages.append(chromium.run("byId('said').textContent"))
+        messages.append(chromium.run("byId('message').textContent"))
     assert any(f"is restarted at frame {mark}." in message for message in messages)
     open_frame(chromium, sequence=name, tracker=tre, show=labels.index(tre), repetition=1, frame=50)
     before = chromium.run("screen.toDataURL()")

@@ -3,14 +3,15 @@
 import pytest
 
 from tests.bench.pages.reading import write_experiment_page
-from trackmark.bench.analysis.by_metrics import preset_report
+from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.pages.report_figures import FigureFiles
+from trackmark.bench.store.runs import Runs
 
 
 @pytest.mark.slow
 def test_figures_of_runs_are_written_next_to_the_page(results, tmp_path):
-    report, messages = preset_report(results, ["native", "otb"]), []
-    figures = FigureFiles(".svg", messages.append, report.scored)
+    report, messages = metric_tables(Runs.open(results), ["native", "otb"]), []
+    figures = FigureFiles(".svg", messages.append, report.with_curves)
     write_experiment_page(results, tmp_path, figures=figures)
     names = {path.stem for path in tmp_path.glob("*.svg")}
     curves = {"success", "precision", "survival", "speed-accuracy"}

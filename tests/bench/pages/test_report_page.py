@@ -17,17 +17,16 @@ from tests.bench.pages.reading import (
     curves_of,
     data_of,
     rows_of_sequences,
+    stored_runs,
     write_experiment_page,
 )
-from trackmark import bench
-from trackmark.bench.analysis.stored_runs import one_pass_runs
 from trackmark.bench.analysis.times import time_text
+from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.pages.card_types import HeatRow, HeatTable
 from trackmark.bench.pages.content import Page, PageSection, PageTable
-from trackmark.bench.pages.page import write_page
+from trackmark.bench.pages.page import card, write_page
 from trackmark.reports.tables import Cell, Table
 
 HOSTILE = "</script><script>alert('x')</script> \"q\" & ключ 跟踪"
@@ -43,15 +42,15 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     small = "plain/target:length=12:width=96:height=72"
     where = ",".join(f"{small}:noise={10 * (1 + n % 2)}:scene={n}" for n in range(6))
     run = ("run", "--trackers", "static,camshift,knob.py:Knob", "--sequences", where)
-    trackmark(*run, "--seeds", 2, "--name", "mine")
-    lines = trackmark("report", "results/mine", "--folder", "report", "--metrics", "native,otb")
+    trackmark(*run, "--repetitions", 2, "--name", "mine")
+    lines = trackmark("report", "results/mine", "--output", "report", "--metrics", "native,otb")
     assert lines.stderr.splitlines()[-2] == "report/report.html"
     output = trackmark("report", "results/mine", "--json", "--metrics", "native,otb").stdout
     tables = {entry["table"]: entry["rows"] for entry in map(json.loads, output.splitlines())}
     page = (workspace / "report" / "report.html").read_text()
     page_tables = Cells(page).tables
     assert {"summary", "sequences", "metrics-otb"} <= tables.keys()
-    assert {"summary", "metrics-otb", "heat", "parts", "trackers"} <= page_tables.keys()
+    assert {"summary", "metrics-otb", "heat", "subsets", "trackers"} <= page_tables.keys()
     page_tables["sequences"] = [[], *(row[1:] for row in rows_of_sequences(page))]
     for name, rows in tables.items():
         with (workspace / "report" / f"{name}.csv").open() as file:
@@ -78,14 +77,14 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     }
     comparison = json.loads(trackmark("compare", "--results", "results/mine", "--json").stdout)
     check_cards(page, tables, by_sequence, comparison)
-    check_parts(page_tables["parts"], by_sequence)
+    check_subsets(page_tables["subsets"], by_sequence)
     check_terminal(lines.stdout, page, tables, comparison)
 
 
-def check_parts(part_table, overlaps):
+def check_subsets(subset_table, overlaps):
     """Check the mean overlaps by parameter value against those by sequence."""
-    trackers = [cell["text"] for cell in part_table[0][2:]]
-    rows = {row[0]["text"]: row[1:] for row in part_table[1:]}
+    trackers = [cell["text"] for cell in subset_table[0][2:]]
+    rows = {row[0]["text"]: row[1:] for row in subset_table[1:]}
     for noise in (10, 20):
         members = {name for name, _ in overlaps if f"noise={noise}" in name}
         n, *cells = rows[f"noise={noise}"]
@@ -177,7 +176,7 @@ def test_number_opens_the_worst_frame_of_the_worst_run(results, page):
     rows = rows_of_sequences(page.read_text())
     cells = {(row[0], row[1]["text"]): row[2]["link"] for row in rows}
     worst = {}
-    for row, run, truth in one_pass_runs(results):
+    for row, run, truth in stored_runs(results):
         judged = np.arange(1, len(truth.boxes))
         overlaps = overlap(truth.boxes[1:], run.boxes[1:])
         loss, least = int(row["scores"]["first_loss"]), int(judged[overlaps.argmin()])
@@ -196,31 +195,31 @@ def test_score_of_revised_boxes_opens_these(page):
     online = [row[2]["link"] for row in rows_of_sequences(text)]
     again = [row[2]["link"] for row in Cells(text).tables["sequences-revised"][1:]]
     for links in (online, again):
-        revised = {link for link in links if "trace=revised" in link}
+        revised = {link for link in links if "trajectory=revised" in link}
         drifting = {link for link in links if "Drifting" in link}
         assert revised == (drifting if links is again else set())
         assert len(drifting) == 6
 
 
-def test_parts_open_the_worst_frame_of_their_sequences(results, page):
+def test_subsets_open_the_worst_frame_of_their_sequences(results, page):
     text = page.read_text()
     tables = Cells(text).tables
     name = canonical_name("plain/target:length=60:scene=9:noise=30")
     worst = {(row[0], row[1]["text"]): row[2]["link"] for row in rows_of_sequences(text)}
-    parts = {row[0]["text"]: row for row in tables["parts"][1:]}
-    trackers = [head["text"] for head in tables["parts"][0][2:]]
-    links = [cell["link"] for cell in parts["noise=30"][2:]]
+    subsets = {row[0]["text"]: row for row in tables["subsets"][1:]}
+    trackers = [heading["text"] for heading in tables["subsets"][0][2:]]
+    links = [cell["link"] for cell in subsets["noise=30"][2:]]
     assert links == [worst[name, tracker] for tracker in trackers]
 
 
-def test_page_without_parts_has_no_section_of_parts(without_processes, tmp_path):
+def test_page_without_subsets_has_no_section_of_them(without_processes, tmp_path):
     sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
-        folder = bench.run_experiment(experiment, tmp_path, jobs=1)
+        folder = run_experiment(experiment, tmp_path, jobs=1)
     text = write_experiment_page(folder, tmp_path / "page").read_text()
-    assert "parts" not in Cells(text).tables
-    assert "part-parts" not in text
+    assert "subsets" not in Cells(text).tables
+    assert "part-subsets" not in text
 
 
 def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tracker, otb):
@@ -229,7 +228,7 @@ def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tra
     otb(workspace / "data" / name, 4)
     run = ("run", "--trackers", "static,knob.py:Knob", "--sequences", f"data/{name}")
     trackmark(*run, "--name", "mine", status=1)
-    trackmark("report", "results/mine", "--folder", "report", status=1)
+    trackmark("report", "results/mine", "--output", "report", status=1)
     text = (workspace / "report" / "report.html").read_text()
     cells = Cells(text)
     main = re.search(r"<main.*</main>", text, re.S)[0]
@@ -238,7 +237,7 @@ def test_names_and_messages_cannot_inject_markup(trackmark, workspace, break_tra
     row = cells.tables["failed"][1]
     assert row[1]["text"] == name
     assert HOSTILE in row[4]["text"]
-    assert data_of(text)["scenes"][0]["name"] == name
+    assert data_of(text)["sequences"][0]["name"] == name
 
 
 def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
@@ -247,15 +246,15 @@ def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
         "        if self.n > 2: raise ValueError('lost')\n        return Estimate(self.box)"
     )
     trackmark("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", status=1)
-    trackmark("report", "results", "--folder", "report", status=1)
+    trackmark("report", "results", "--output", "report", status=1)
     text = (workspace / "report" / "report.html").read_text()
     also = re.search('<p class="also">(.*?)</p>', text)[1]
     assert "1 of 2 runs failed" in also
     assert "ValueError: lost" in also
-    assert "Failures: of 2 runs, 1 stopped" in text
-    (card,) = re.findall('<ul class="failures">.*?</ul>', text, re.S)
-    assert "stopped: 0004.png: ValueError: lost" in card
-    assert re.search(r'href="#0\.\d\.0\.2"', card)
+    assert "Lost and failed runs: of 2 runs, 1 failed" in text
+    (lost,) = re.findall('<ul class="failures">.*?</ul>', text, re.S)
+    assert "failed: 0004.png: ValueError: lost" in lost
+    assert re.search(r'href="#0\.\d\.0\.2"', lost)
     for row in Cells(text).tables["failed"][1:]:
         assert row[3]["text"] == "2"
         assert "frame=2" in row[3]["link"]
@@ -268,7 +267,7 @@ def test_missing_or_changed_sequences_keep_scores(trackmark, workspace, otb):
     (workspace / "data" / "Other" / "groundtruth_rect.txt").write_text("5,6,10,13\n" * 4)
     trackmark("report", "results/m")
     text = (workspace / "results" / "m" / "report.html").read_text()
-    why = {scene["name"]: scene["why"] for scene in data_of(text)["scenes"]}
+    why = {entry["name"]: entry["reason"] for entry in data_of(text)["sequences"]}
     assert re.match("No frames: Small cannot be opened at .*/data/Small.", why["Small"])
     assert re.match("No frames: Other at .*/data/Other has changed since the run.", why["Other"])
     scores = [(row[0], row[2]["text"]) for row in rows_of_sequences(text)]
@@ -281,7 +280,7 @@ def test_curve_point_opens_frame_nearest_to_threshold(results, page):
     text = page.read_text()
     data = data_of(text)
     values = {"success": {}, "precision": {}}
-    for row, run, truth in one_pass_runs(results):
+    for row, run, truth in stored_runs(results):
         key = row["tracker"], row["sequence"], row["repetition"]
         values["success"][key] = overlap(truth.boxes[1:], run.boxes[1:])
         values["precision"][key] = centre_error(truth.boxes[1:], run.boxes[1:])
@@ -297,7 +296,7 @@ def test_curve_point_opens_frame_nearest_to_threshold(results, page):
             np.testing.assert_allclose(y, shares, atol=4e-4)
             for threshold, place in zip(x, places, strict=True):
                 sequence, tracker, repetition, frame = map(int, place.split("."))
-                key = data["labels"][tracker], data["scenes"][sequence]["name"], repetition
+                key = data["labels"][tracker], data["sequences"][sequence]["name"], repetition
                 far = abs(mine[key][frame - 1] - threshold)
                 assert far == pytest.approx(np.abs(every - threshold).min())
 
@@ -317,9 +316,15 @@ def test_click_on_a_head_sorts_its_column(opened_page):
 
 @browser.needs_browser
 def test_many_sequences_are_folded_and_filtered(chromium, tmp_path):
-    rows = [HeatRow(f"scene-{n}", b"", [n / 20, 0.5], [None, None]) for n in range(20)]
-    block = HeatTable([(0, "static"), (1, "camshift")], rows, [0.5, 0.5], 12)
-    sections = [PageSection("heat", "Heat", blocks=[block])]
+    row = {"thumbnail": b"", "overlaps": [0.5, 0.5], "positions": [None, None]}
+    matrix = card(
+        "overlap_matrix",
+        trackers=[(0, "static"), (1, "camshift")],
+        rows=[row | {"sequence": f"scene-{n}"} for n in range(20)],
+        means=[0.5, 0.5],
+        n_shown=12,
+    )
+    sections = [PageSection("heat", "Heat", [matrix])]
     (path,) = write_page(tmp_path / "a.html", Page("T", sections))
     chromium.open(path.as_uri())
     seen = (
@@ -354,7 +359,8 @@ def test_numbers_of_a_column_are_on_the_right(chromium, tmp_path):
     rows = [[*map(Cell, row)] for row in zip("abcd", *columns, strict=True)]
     table = Table("t", "", ["tracker", "overlap", "success", "the first is", "name"], 1, rows)
     (path,) = write_page(
-        tmp_path / "a.html", Page("T", [PageSection("a", "A", blocks=[PageTable(table)])])
+        tmp_path / "a.html",
+        Page("T", [PageSection("a", "A", [card("page_table", sheet=PageTable(table))])]),
     )
     assert ">plain/<wbr>target:<wbr>noise=<wbr>30:<wbr>scene=<wbr>4<" in path.read_text()
     chromium.open(path.as_uri())
@@ -373,7 +379,7 @@ def test_chart_point_opens_by_click_and_keys(opened_page):
     opened_page.click("#chart-sequence-2 svg")
     opened_page.wait("byId('player').open && paintedFrame >= 0")
     assert tip.endswith(f"at frame {opened_page.run('frame')}")
-    assert opened_page.run("scene.number") == 2
+    assert opened_page.run("sequence.number") == 2
     opened_page.key("Escape")
     chart = "document.querySelector('#chart-sequence-2 svg')"
     opened_page.run(f"{chart}.focus()")

@@ -56,7 +56,7 @@ def test_axes_have_at_most_six_ticks(low, high):
 
 def test_names_of_lines_overlap_no_other_name_and_stay_inside():
     lines = [Line(f"tracker-{n}", n, THRESHOLDS, (1 - THRESHOLDS) ** (n + 1)) for n in range(4)]
-    svg = parsed(Chart("", "overlap", "share", lines, "w", top=1.0, percent=True))
+    svg = parsed(Chart("", "overlap", "share", lines, "w", top=1.0, is_percent=True))
     names = elements(svg, "name")
     assert [node.text for node in names] == [line.label for line in lines]
     boxes = [(float(node.get("x")), float(node.get("y"))) for node in names]

@@ -7,17 +7,15 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.claims.entries import claim_text
+from tests.bench.papers.claim_entries import claim_text
 from trackmark import datasets
 from trackmark.bench import papers as papers_package
-from trackmark.bench.claims import claims_file
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers import Effort, description, plan, reproduction, scene_check
+from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -48,7 +46,7 @@ twice = ["plain/target:length=20", "plain/target:length=20"]
 
 [main_table]
 caption = "Table 1 of the paper."
-heads = ["sequence", "tracker"]
+headings = ["sequence", "tracker"]
 
 [[main_table.rows]]
 labels = ["target", "camshift"]
@@ -73,17 +71,17 @@ trackers = ["camshift", "static"]
 frames = [1, 10, 20]
 
 [figure.figure-2]
-kind = "series"
+kind = "plot"
 caption = "Error of both trackers by frame."
 sequence = "target"
 trackers = ["camshift", "static"]
-of = "error"
+quantity = "error"
 
 [figure.figure-10]
-kind = "hook"
+kind = "function"
 caption = { figure-10 = "Two frames.", figure-10-later = "The later frame." }
-words = "Frames 1 and 10 of scene 200."
-hook = "figures.two_frames"
+description = "Frames 1 and 10 of scene 200."
+function = "figures.two_frames"
 """,
     "claims.toml": claim_text(
         "TI-1",
@@ -96,7 +94,12 @@ hook = "figures.two_frames"
         scenes=12,
     )
     + claim_text(
-        "TI-2", sequences="target", of="static", test="share", scenes=12, note="with result in view"
+        "TI-2",
+        sequences="target",
+        trackers="static",
+        test="share",
+        scenes=12,
+        note="with result in view",
     )
     + claim_text("TI-3", sequences=[], measure="timing.ratio", test="time"),
     "timing.py": '''
@@ -104,7 +107,7 @@ hook = "figures.two_frames"
 
 import numpy as np
 
-from trackmark.bench.papers.main_table import text_table
+from trackmark.reports.tables import text_table
 from trackmark.bench.papers.measures import measure
 
 
@@ -130,9 +133,9 @@ def two_frames(context):
     "sensitivity.toml": """
 scenes = 2
 columns = [
-    { head = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
-    { head = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept" }]
-rows = [{ choice = "16 bins", change = { camshift = "hue_bins=16" } }]
+    { heading = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
+    { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept" }]
+rows = [{ choice = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
 """,
     "notes.md": """
 ## Result
@@ -167,15 +170,15 @@ sentence = "a moving target"
 
 def stored_runs(folder, trackers, sequences):
     """Run trackers in this process, store their runs as an experiment and return the run keys."""
-    results, versions = Results(folder), {}
+    results, versions = RunStore(folder), {}
     entries = [(parse_tracker(text), 0) for text in trackers]
     for sequence in map(datasets.load, sequences):
-        write_truth(folder, sequence)
+        add_truth_of(folder, sequence)
         for run in run_protocol(entries, sequence).runs:
-            assert results.write(run)
+            assert results.add(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.prepare(Manifest(folder.name, versions))
+    results.add_requests(RequestedRuns(folder.name, versions))
     return set(versions)
 
 
@@ -200,13 +203,13 @@ class Tiny:
                 experiment.trackers,
                 [source.text for source in experiment.sequences],
             )
-            for experiment in self.paper.experiments(Effort(everything=True))
+            for experiment in self.paper.experiments(ReproductionOptions(with_sensitivity=True))
         }
 
-    def report(self, **effort):
+    def report(self, **options):
         """Return a report; its figures lie in `results / "tiny"`."""
-        effort = Effort(jobs=1, **effort)
-        return self.paper.report(self.results, self.results / "tiny", effort, self.requested)
+        options = ReproductionOptions(jobs=1, **options)
+        return self.paper.report(self.results, self.results / "tiny", options, self.requested)
 
 
 @pytest.fixture(scope="module")
@@ -217,18 +220,17 @@ def tiny(tmp_path_factory):
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)
         (papers / "tiny" / name).write_text(text)
     with pytest.MonkeyPatch.context() as patch:
-        for module in (papers_package, description, claims_file, scene_check, reproduction):
-            patch.setattr(module, "FOLDER", papers)
+        patch.setattr(papers_package, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
         patch.setattr(plan, "MAIN_SCENES", len(SCENES))
         yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
     for name in [name for name in sys.modules if name.startswith("trackmark.bench.papers.tiny")]:
         del sys.modules[name]
-    for cached in (find_measure, plan.verdict_scenes):
+    for cached in (find_measure, cases.verdict_scenes):
         cached.cache_clear()
 
 
 @pytest.fixture(scope="module")
 def report(tiny):
     """Return the report of the tiny paper with everything."""
-    return tiny.report(everything=True)
+    return tiny.report(with_sensitivity=True)

@@ -5,13 +5,12 @@ from pathlib import Path
 
 import pytest
 
-from tests.bench.claims.entries import claim
-from trackmark.bench.claims.claims_file import read_claims
+from tests.bench.papers.claim_entries import claim_text
+from trackmark.bench import papers
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.bench.papers import Effort, plan
-from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import check_measure
-from trackmark.bench.papers.plan import experiments, requests, scene_names, tracker_text
+from trackmark.bench.papers import ReproductionOptions, cases
+from trackmark.bench.papers.paper import read_claims, read_paper, read_sensitivity
+from trackmark.bench.papers.reproduction import Reproduction
 
 PAPER = """
 version = 1
@@ -35,7 +34,7 @@ hand = "wang2010/hand"
 both = ["wang2010/cup", "wang2010/hand"]
 [main_table]
 caption = "Kept."
-heads = ["sequence"]
+headings = ["sequence"]
 [[main_table.rows]]
 labels = "cup"
 paper = "1"
@@ -45,64 +44,89 @@ measures = "kept"
 """
 
 
-def described(folder, repetitions="repetitions = 3", tracker="CamShift"):
-    path = folder / "paper.toml"
-    path.write_text(PAPER.format(repetitions=repetitions, tracker=tracker), "utf-8")
-    return read_description("wang2010", path)
+CLAIM = {"sequences": "both", "trackers": ["proposed", "CamShift"], "test": "share"}
+
+SENSITIVITY = """
+columns = [{ heading = "kept", sequence = "hand", tracker = "proposed", measure = "kept" }]
+rows = [{ choice = "N = 7", changed_options = { proposed = "particles=7" } }]
+"""
 
 
 @pytest.fixture
-def description(tmp_path, monkeypatch):
+def write(tmp_path, monkeypatch):
+    """Return a function that writes the files of a paper, as the only paper, and reads it."""
     passing = {"wang2010/cup": tuple(range(200, 240)), "wang2010/hand": (200, *range(202, 240))}
-    monkeypatch.setattr(plan, "verdict_scenes", lambda _, sequence: passing[sequence])
-    return described(tmp_path)
+    monkeypatch.setattr(cases, "verdict_scenes", lambda _, sequence: passing[sequence])
+    monkeypatch.setattr(papers, "FOLDER", tmp_path)
+    folder = tmp_path / "wang2010"
+    folder.mkdir()
+
+    def write(repetitions="repetitions = 3", tracker="CamShift", **claim):
+        text = PAPER.format(repetitions=repetitions, tracker=tracker)
+        (folder / "paper.toml").write_text(text, "utf-8")
+        (folder / "claims.toml").write_text(claim_text("AB-1", **CLAIM | claim), "utf-8")
+        (folder / "sensitivity.toml").write_text(SENSITIVITY, "utf-8")
+        return read_paper("wang2010")
+
+    return write
 
 
 @pytest.mark.parametrize(
-    ("fields", "message"),
+    ("fields", "file", "message"),
     [
-        ({"repetitions": "repetitions = 2"}, "expected: an odd number"),
-        ({"tracker": "Camshift"}, "unknown tracker 'Camshift'; known: proposed, CamShift"),
-        ({"repetitions": "colour = 1"}, "colour: Extra inputs"),
+        ({"repetitions": "repetitions = 2"}, "paper.toml", "expected: an odd number"),
+        (
+            {"tracker": "Camshift"},
+            "paper.toml, main_table.rows.0.trackers.0",
+            "unknown tracker 'Camshift'; known: proposed, CamShift",
+        ),
+        ({"repetitions": "colour = 1"}, "paper.toml", "colour: Extra inputs"),
+        (
+            {"sequences": "ball"},
+            "claims.toml: claim AB-1, sequences.0",
+            "unknown sequence 'ball'; known: cup, hand, both",
+        ),
+        ({"measure": "keep"}, "claims.toml: claim AB-1, measure", "unknown measure 'keep'"),
+        ({"measure": "scenes.keep"}, "claims.toml: claim AB-1", "unknown measure 'scenes.keep'"),
     ],
 )
-def test_error_names_file_and_entry(tmp_path, fields, message):
+def test_error_names_file_and_entry(write, tmp_path, fields, file, message):
     with pytest.raises(ExperimentError) as caught:
-        described(tmp_path, **fields)
-    assert str(tmp_path / "paper.toml") in str(caught.value)
+        write(**fields)
+    assert str(caught.value).startswith(str(tmp_path / "wang2010" / file))
     assert message in str(caught.value)
 
 
-def test_tracker_keeps_its_own_options_in_a_setting(description):
-    assert tracker_text(description, "proposed", "as-written") == (
-        "wang2010:preset=as-written:particles=15"
-    )
-    recommended = tracker_text(description, "proposed", "recommended")
-    assert recommended == "wang2010:preset=recommended:particles=15"
-    changed = tracker_text(description, "proposed", "recommended", {"proposed": "particles=7"})
-    assert changed == "wang2010:preset=recommended:particles=7"
+def test_tracker_keeps_its_own_options_in_a_setting(write):
+    paper = write()
+    assert paper.spec("proposed", "as-written") == "wang2010:preset=as-written:particles=15"
+    assert paper.spec("proposed", "recommended") == "wang2010:preset=recommended:particles=15"
+    table = read_sensitivity(paper)
+    case = table.case(table.rows[0], table.columns[0])
+    assert case.tracker == "wang2010:preset=recommended:particles=7"
 
 
-def test_scenes_that_fail_the_criteria_are_skipped(description):
-    names = scene_names(description, "hand", 2, "background=face")
-    assert names == [
-        ["wang2010/hand:background=face:scene=200"],
-        ["wang2010/hand:background=face:scene=202"],
+def test_scenes_that_fail_the_criteria_are_skipped(write):
+    hand = write().sequences["hand"]
+    assert hand.scenes(2, "background=face") == [
+        ("wang2010/hand:background=face:scene=200",),
+        ("wang2010/hand:background=face:scene=202",),
     ]
     with pytest.raises(ExperimentError, match="40 scenes of hand are requested, but only 39 meet"):
-        scene_names(description, "hand", 40)
+        hand.scenes(40)
 
 
-def test_group_has_the_passing_scenes_of_all_members(description):
-    assert scene_names(description, "both", 2) == [
-        ["wang2010/cup:scene=200", "wang2010/hand:scene=200"],
-        ["wang2010/cup:scene=201", "wang2010/hand:scene=202"],
+def test_group_has_the_passing_scenes_of_all_members(write):
+    assert write().sequences["both"].scenes(2) == [
+        ("wang2010/cup:scene=200", "wang2010/hand:scene=200"),
+        ("wang2010/cup:scene=201", "wang2010/hand:scene=202"),
     ]
 
 
-def test_claim_requests_both_settings_and_its_scenes(description):
-    claims = {"AB-1": claim(sequences="both", of=["proposed", "CamShift"], test="share")}
-    by_name = {e.name: e for e in experiments(description, requests(description, claims, Effort()))}
+def test_claim_requests_both_settings_and_its_scenes(write):
+    write()
+    reproduction = Reproduction("wang2010")
+    by_name = {e.name: e for e in reproduction.experiments(ReproductionOptions())}
     assert by_name.keys() == {"wang2010-cup", "wang2010-both"}
     both = by_name["wang2010-both"]
     assert len(both.sequences) == 2 * 24
@@ -113,34 +137,22 @@ def test_claim_requests_both_settings_and_its_scenes(description):
         "camshift",
         "camshift:window=adaptive",
     )
-    (quick,) = experiments(description, requests(description, claims, Effort(quick=True)))
+    (quick,) = reproduction.experiments(ReproductionOptions(quick=True))
     assert (quick.name, len(quick.sequences), quick.repetitions) == ("wang2010-cup", 3, 1)
 
 
-# The recipe for a claim in CONTRIBUTING.md
-
-ROOT = Path(__file__).parents[3]
-
-
-@pytest.fixture
-def claims(tmp_path):
-    """Return the claim of the recipe."""
-    section = (ROOT / "CONTRIBUTING.md").read_text("utf-8").partition("### A claim")[2]
-    (text,) = re.findall(r"```toml\n(.*?)```", section.partition("\n## ")[0], re.DOTALL)
-    (tmp_path / "claims.toml").write_text(text, "utf-8")
-    return read_claims("wang2010", tmp_path / "claims.toml")
-
-
-@pytest.fixture
-def plain_description():
-    """Return the description of wang2010 without main table and figures."""
-    whole = read_description("wang2010")
-    main = whole.main_table.model_copy(update={"rows": ()})
-    return whole.model_copy(update={"figure": {}, "main_table": main})
-
-
-def test_claim_of_contributing_is_planned(claims, plain_description):
-    (claim,) = claims.values()
-    check_measure(claim.measure, "wang2010")
-    (experiment,) = experiments(plain_description, requests(plain_description, claims, Effort()))
+def test_claim_of_contributing_is_planned(tmp_path, monkeypatch):
+    page = (Path(__file__).parents[3] / "CONTRIBUTING.md").read_text("utf-8")
+    section = page.partition("### A claim")[2].partition("\n## ")[0]
+    (text,) = re.findall(r"```toml\n(.*?)```", section, re.DOTALL)
+    reproduction = Reproduction("wang2010")
+    (tmp_path / "wang2010").mkdir()
+    (tmp_path / "wang2010" / "claims.toml").write_text(text, "utf-8")
+    with monkeypatch.context() as patch:
+        patch.setattr(papers, "FOLDER", tmp_path)
+        claims = read_claims("wang2010", reproduction.paper.names)
+    no_rows = reproduction.paper.main_table.model_copy(update={"rows": ()})
+    update = {"claims": claims, "figure": {}, "main_table": no_rows}
+    reproduction.paper = reproduction.paper.model_copy(update=update)
+    (experiment,) = reproduction.experiments(ReproductionOptions())
     assert (experiment.name, len(experiment.sequences)) == ("wang2010-hand", 12)

@@ -14,17 +14,16 @@ from tests import browser
 from tests.bench.commands.conftest import assert_tables_have_rows
 from tests.bench.pages.reading import address_of, check_accessibility, check_texts, data_of
 from trackmark import datasets
-from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.papers import evidence_frames, figures, markdown_page
+from trackmark.bench.commands._table_files import write_tables
+from trackmark.bench.papers import SETTINGS, figures, markdown_page, player_content
 from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.figures import draw_figures, figure_label
 from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
+from trackmark.bench.papers.measures import FRAME_VALUES
 from trackmark.bench.papers.reproduction import report_data
-from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.terminal_report import screen_lines
-from trackmark.bench.store.files import ResultsError
-from trackmark.reports.write import write_tables
+from trackmark.bench.papers.terminal_report import report_lines
+from trackmark.bench.store.keys import ResultsError
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
@@ -41,7 +40,7 @@ def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):
 
 def test_main_table_has_the_papers_numbers_beside_both_settings(report):
     main, times = report.main
-    assert main.heads == ["sequence", "tracker", "paper", "as written", "recommended"]
+    assert main.headings == ["sequence", "tracker", "paper", "as written", "recommended"]
     first, second = ([cell.text for cell in row] for row in main.rows)
     assert first[2] == "20 of 20"
     assert first[3].endswith(" px")
@@ -51,14 +50,14 @@ def test_main_table_has_the_papers_numbers_beside_both_settings(report):
 
 
 def test_sensitivity_table_changes_one_choice(report):
-    (row,) = report.sensitivity.rows
+    (row,) = report.tables[-1].rows
     assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
     assert row[2].text.endswith(" px")
     assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
 
 
 def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
-    markdown_page.write_page(tmp_path / "tiny.md", report)
+    markdown_page.write_markdown_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == markdown_page.page(report, tmp_path)
     assert "The paper's videos are not available." in text
@@ -91,7 +90,7 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
 
 
 def test_terminal_shows_the_main_table_before_the_verdicts(report, tmp_path):
-    text = "\n".join(screen_lines(report, tmp_path, verbose=True))
+    text = "\n".join(report_lines(report, tmp_path, verbose=True))
     assert text.index("20 of 20") < text.index("TI-1")
     assert "as-written: " in text
     assert f"{tmp_path / 'report.html'}" in text
@@ -108,7 +107,7 @@ def test_written_tables_of_a_report_have_rows(report, tmp_path):
 
 def test_quick_report_has_no_verdicts(tiny, tmp_path):
     quick = tiny.report(quick=True)
-    text = "\n".join(screen_lines(quick, tmp_path))
+    text = "\n".join(report_lines(quick, tmp_path))
     assert quick.verdicts == []
     names = [drawing.name for drawing in quick.figures]
     assert names == ["figure-1", "figure-10", "figure-10-later"]
@@ -123,14 +122,14 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
-    judged_runs, (judged,) = runs.judged_runs, runs.judged_runs("static", scene)
-    failed = replace(judged, run=replace(judged.run, failure="frame 3: ValueError: no"))
+    measured_runs, (measured,) = runs.measured_runs, runs.measured_runs("static", scene)
+    failed = replace(measured, record=replace(measured.record, failure="frame 3: ValueError: no"))
     monkeypatch.setattr(
         runs,
-        "judged_runs",
-        lambda *run: [failed] if run == ("static", scene) else judged_runs(*run),
+        "measured_runs",
+        lambda *run: [failed] if run == ("static", scene) else measured_runs(*run),
     )
-    values = evidence(tiny.paper.claims["TI-2"], "recommended", report.context)
+    values = evidence(report.context.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
     assert values.failed.startswith("1 of 12 runs failed and count as lost. First: plain/")
     assert values.failed.endswith("frame 3: ValueError: no")
@@ -147,10 +146,10 @@ def redraw(report, tmp_path):
     """Return a function that draws a figure of the tiny paper with other fields."""
 
     def redraw(name, **updates):
-        tiny_paper = report.context.description
-        figure = {name: tiny_paper.figure[name].model_copy(update=updates)}
-        description = tiny_paper.model_copy(update={"figure": figure})
-        return draw_figures(replace(report.context, description=description, folder=tmp_path))
+        paper = report.context.paper
+        figure = {name: paper.figure[name].model_copy(update=updates)}
+        paper = paper.model_copy(update={"figure": figure})
+        return draw_figures(replace(report.context, paper=paper, folder=tmp_path))
 
     return redraw
 
@@ -172,10 +171,14 @@ def test_figures_are_drawn_in_order_of_the_entries(report):
 
 def test_strip_shows_the_scene_of_median_error(report):
     errors = {
-        scene: report.context.runs.judged_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES
+        scene: report.context.runs.measured_runs(ADAPTIVE, scene)[0].error.mean()
+        for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
-    assert f"Frames 1, 10, 20 of `{middle}`, the scene with the median" in report.figures[0].words
+    assert (
+        f"Frames 1, 10, 20 of `{middle}`, the scene with the median"
+        in report.figures[0].description
+    )
 
 
 def test_strip_has_a_row_per_tracker_and_setting(redraw):
@@ -186,29 +189,30 @@ def test_strip_has_a_row_per_tracker_and_setting(redraw):
     assert drawing.strip.frames == [0, 9, 19]
 
 
-def test_series_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
+def test_plot_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     panels, draw = [], figures.series_plot
     monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
-    (drawing,) = redraw("figure-2", of="overlap", quantity="overlap [share]")
-    assert "overlap [share] of camshift; static: median and quartiles over 12" in drawing.words
+    (drawing,) = redraw("figure-2", quantity=FRAME_VALUES["overlap"], axis_label="overlap [share]")
+    assert (
+        "overlap [share] of camshift; static: median and quartiles over 12" in drawing.description
+    )
     (panel,) = panels
     assert list(panel) == ["as written", "recommended"]
-    expected = [report.context.runs.judged_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
+    expected = [report.context.runs.measured_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
     np.testing.assert_allclose(panel["recommended"]["camshift"], expected)
 
 
-def test_hook_gives_several_images(report):
+def test_function_gives_several_images(report):
     sequence = datasets.load(SCENES[0])
     captions = ["Two frames.", "The later frame."]
     assert [drawing.caption for drawing in report.figures[2:]] == captions
     for drawing, frame in zip(report.figures[2:], (0, 9), strict=True):
         np.testing.assert_array_equal(cv2.imread(str(drawing.path)), sequence[frame])
-        assert drawing.words == "Frames 1 and 10 of scene 200."
+        assert drawing.description == "Frames 1 and 10 of scene 200."
 
 
-def test_hook_without_a_figure_is_left_out(redraw, monkeypatch):
-    monkeypatch.setattr(Context, "function", lambda *_: lambda _: None)
-    assert redraw("figure-10") == []
+def test_function_without_a_figure_is_left_out(redraw):
+    assert redraw("figure-10", function=lambda _: None) == []
 
 
 # HTML pages
@@ -254,7 +258,8 @@ def test_captions_of_a_paper_page_are_short(page):
 def test_details_are_folded(page):
     text = sections(page)["Details"]
     assert re.findall(r"<summary>.*?<b>(.*?)</b>", text) == [
-        "What differs and why", "The scenes", "Settings", "Sensitivity", "How to run it", "History",
+        "Method and videos", "Rules of the verdicts", "What differs and why", "The scenes",
+        "Settings", "Sensitivity (no verdicts)", "How to run it", "History",
     ]  # fmt: skip
     for words in ("CamShift follows the target.", "The window.", "target", "201"):
         assert words in text
@@ -266,7 +271,7 @@ def test_values_of_the_main_table_have_the_paper_next_to_them(page, report):
     rows = re.findall(r"<tr class=\"first\">(.*?)</tr>", text, re.S)
     assert '<td class="theirs" data-column="paper">20 of 20</td>' in rows[0]
     verdict = report.verdicts[1].verdicts["as-written"].verdict
-    assert f"TI-2, {report.verdicts[1].claim.short}: {verdict}" in rows[0]
+    assert f"TI-2, {report.verdicts[1].claim.summary}: {verdict}" in rows[0]
 
 
 def test_verdicts_are_grouped_by_both_settings(page, report):
@@ -294,20 +299,22 @@ def test_verdict_opens_the_worst_run_of_its_first_tracker(page, report):
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
     *_, cell = opened(sections(page)["The paper&#39;s numbers and ours"], data_of(page.read_text()))
-    judged_runs = report.context.runs.judged_runs
+    measured_runs = report.context.runs.measured_runs
     scenes = report.verdicts[0].evidence["recommended"].first["scene"]
-    frames = {(text, s): judged_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes}
+    frames = {
+        (text, s): measured_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes
+    }
     text = "static" if cell["tracker"] == "static" else "camshift:window=adaptive"
     assert frames[text, cell["sequence"]] == min(frames.values())
 
 
 def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatch):
-    monkeypatch.setattr(evidence_frames, "MAX_FRAMES", 0)
+    monkeypatch.setattr(player_content, "MAX_FRAMES", 0)
     few = write_html_page(tiny.results / "tiny" / "few.html", report)[0]
     for file in (page, few):
         text = file.read_text()
         data = data_of(text)
-        stored_frames = {scene["name"]: scene["kept"] for scene in data["scenes"]}
+        stored_frames = {scene["name"]: scene["frame_numbers"] for scene in data["sequences"]}
         assert any(stored_frames.values()) == (file == few)
         places = opened(text, data)
         assert len(places) == 8

@@ -1,23 +1,20 @@
 """Times of methods that take turns, and what claims and tables read from them."""
 
-from concurrent.futures import ThreadPoolExecutor
 from itertools import product
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from trackmark.bench.claims.claim_tests import Evidence, judge
-from trackmark.bench.claims.claims_file import read_claims
-from trackmark.bench.claims.row_verdicts import SETTINGS
-from trackmark.bench.evaluation import interleaved_timing
-from trackmark.bench.papers import timing
-from trackmark.bench.papers.description import read_description
+from trackmark.bench.evaluation import timed_clips
+from trackmark.bench.papers import SETTINGS, timing
+from trackmark.bench.papers.claim_tests import judge
+from trackmark.bench.papers.evidence import evidence
 from trackmark.bench.papers.measures import paper_module
 from trackmark.bench.papers.multipart import timing as multipart
 from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
-from trackmark.bench.papers.plan import tracker_text
-from trackmark.bench.papers.timing import ROUNDS, open_clips, tracker_methods, turn_times
+from trackmark.bench.papers.paper import read_paper
+from trackmark.bench.papers.timing import ROUNDS, open_excerpts, tracker_methods, turn_times
 from trackmark.bench.papers.wang2010 import timing as wang2010
 
 IMAGES = [np.full((2, 2, 3), shade, np.uint8) for shade in range(9)]
@@ -58,12 +55,12 @@ def test_ratio_of_turns_ignores_other_load(monkeypatch):
             self.started = Load.now
 
         def stop(self):
-            return interleaved_timing.TurnTime(Load.now - self.started, 0.0)
+            return timed_clips.TurnTime(Load.now - self.started, 0.0)
 
-    monkeypatch.setattr(interleaved_timing, "CLOCK", Clock())
+    monkeypatch.setattr(timed_clips, "CLOCK", Clock())
     monkeypatch.setattr(timing, "Reference", Method)
-    clips = [("long", IMAGES, BOX), ("short", IMAGES[:5], BOX), ("short", IMAGES[:3], BOX)]
-    times = turn_times({"fast": lambda: Method(1e-3), "slow": lambda: Method(3e-3)}, clips)
+    excerpts = [("long", IMAGES, BOX), ("short", IMAGES[:5], BOX), ("short", IMAGES[:3], BOX)]
+    times = turn_times({"fast": lambda: Method(1e-3), "slow": lambda: Method(3e-3)}, excerpts)
     assert list(times) == ["long", "short"]
     for name, seconds in (("long", 1.5e-3), ("short", 1e-3)):
         np.testing.assert_allclose(times[name]["fast"], np.full(ROUNDS, seconds))
@@ -73,33 +70,33 @@ def test_ratio_of_turns_ignores_other_load(monkeypatch):
 
 def test_stretches_begin_with_true_boxes_over_the_scene():
     sequence = timing.datasets.load(NAME)
-    clips = open_clips("target", NAME, 3, stretches=3)
-    for (name, images, box), first in zip(clips, (0, 8, 16), strict=True):
+    excerpts = open_excerpts("target", NAME, 3, stretches=3)
+    for (name, images, box), first in zip(excerpts, (0, 8, 16), strict=True):
         assert (name, len(images)) == ("target", 4)
         np.testing.assert_array_equal(images[0], sequence[first])
         np.testing.assert_array_equal(box, sequence.boxes[first])
-    ((_, images, _),) = open_clips("target", NAME, 1000)
+    ((_, images, _),) = open_excerpts("target", NAME, 1000)
     assert len(images) == 20
 
 
 @pytest.fixture
-def ask(monkeypatch, tmp_path):
+def ask(monkeypatch, tmp_path, without_processes):
     """Ask for the times of a tracker on a sequence, as a new process does; count measurements."""
     measured = []
 
-    def measure_scenes(*arguments):
+    def measure_scenes(*arguments, **options):
         measured.append(arguments)
         return {"target": {"reference": np.array(Load.reference)}}
 
-    monkeypatch.setattr(timing, "ProcessPoolExecutor", lambda n, env: ThreadPoolExecutor(n))
     monkeypatch.setattr(timing, "measure_scenes", measure_scenes)
-    monkeypatch.setattr(timing, "scene_names", lambda *_: [[NAME]])
-    monkeypatch.setattr(timing, "tracker_text", lambda _, tracker, setting: tracker)
-    context = SimpleNamespace(description=None, folder=tmp_path)
+    scenes = {"target": SimpleNamespace(scenes=lambda _: [(NAME,)])}
+    paper = SimpleNamespace(spec=lambda tracker, setting: tracker, sequences=scenes)
+    context = SimpleNamespace(paper=paper, folder=tmp_path)
 
     def times(tracker="static", frames=3):
         monkeypatch.setattr(timing, "_measured", {})
-        stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
+        with without_processes():
+            stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
         np.testing.assert_array_equal(stored["target"]["reference"], Load.reference)
         return len(measured)
 
@@ -124,14 +121,14 @@ def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
         (wang2010.plain_methods, ("wang2010", "particle-filter", "camshift", "camshift-improved")),
         (tracker_methods, ("camshift",)),
         (multipart.histograms, ("multipart",)),
-        (nummiaro2003.plain, ("nummiaro2003:preset=as-written",)),
-        (nummiaro2003.compiled, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.plain_methods, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.compiled_methods, ("nummiaro2003:preset=as-written",)),
     ],
 )
 def test_methods_of_papers_run(methods, texts):
     for make in methods(dict(zip(texts, texts, strict=True))).values():
         method = make()
-        (_, images, box), *_ = open_clips("target", NAME, 2)
+        (_, images, box), *_ = open_excerpts("target", NAME, 2)
         method.init(images[0], box)
         for image in images[1:]:
             method.update(image)
@@ -139,7 +136,7 @@ def test_methods_of_papers_run(methods, texts):
 
 def simulated_times(context, methods, setting, names, sequences, *_):
     """Return times of methods, which increase in the order of the methods."""
-    texts = {name: tracker_text(context.description, name, setting) for name in names}
+    texts = {name: context.paper.spec(name, setting) for name in names}
     return {
         sequence: {
             method: np.full(ROUNDS, 1e-3 * 1.6**number * (1 + place))
@@ -153,15 +150,13 @@ def simulated_times(context, methods, setting, names, sequences, *_):
 def test_claims_on_times_are_judged(paper, monkeypatch):
     module = paper_module(paper, "timing")
     monkeypatch.setattr(module, "kept_times", simulated_times)
-    context = SimpleNamespace(description=read_description(paper))
-    claims = [c for c in read_claims(paper).values() if c.measure.startswith("timing.")]
+    context = SimpleNamespace(paper=read_paper(paper))
+    claims = [c for c in context.paper.claims.values() if c.measure.kind == "time"]
     for claim, setting in product(claims, SETTINGS):
-        function = getattr(module, claim.measure.partition(".")[2])
-        evidence = Evidence(times=function(context, setting), unit=function.declared[0])
-        assert judge(claim, evidence).cells == ROUNDS
+        assert judge(claim, evidence(claim, setting, context)).cells == ROUNDS
     table = module.time_table(context)
     assert claims
-    assert {len(row) for row in table.rows} == {len(table.heads)}
+    assert {len(row) for row in table.rows} == {len(table.headings)}
 
 
 def test_clock_scales_times_to_800_mhz():

@@ -7,24 +7,24 @@ import numpy as np
 import pytest
 
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench, datasets
+from trackmark import datasets
 from trackmark.bench import metrics, protocols
-from trackmark.bench.analysis.by_metrics import preset_report
-from trackmark.bench.engine.work_unit import Failure
-from trackmark.bench.engine.worker import record_failure
-from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
-from trackmark.bench.execution.plan import State, make_plan
-from trackmark.bench.execution.scheduling import missing_units
+from trackmark.bench.execution.plan import RunStatus, make_plan
+from trackmark.bench.execution.scheduling import missing_tasks
+from trackmark.bench.execution.task import Limits
+from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.protocols import STORED_ONE_PASS, ProtocolError, parse_protocol
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.protocols import ProtocolError, parse_protocol
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.truth import add_truth_of
 from trackmark.trackers import Estimate
 
 every_protocol = pytest.mark.parametrize("name", protocols.names())
@@ -33,14 +33,14 @@ DEFAULTS = {
     "anchors": {"spacing": 50},
     "long-term": {},
     "one-pass": {},
-    "real-time": {"fps": 25.0, "seconds": ""},
+    "real-time": {"fps": 25.0, "update_seconds": ""},
     "sre": {"shift": 0.1, "scale": 0.1},
-    "supervised": {"skip": 5, "threshold": 0.0},
-    "tre": {"starts": 20, "least": 20},
+    "supervised": {"skip_frames": 5, "threshold": 0.0},
+    "tre": {"starts": 20, "min_frames": 20},
 }
 """Defaults of all parameters. Stored names omit defaults: changing one changes their meaning."""
 
-REPEATABLE = {"real-time": "real-time:seconds=0.05/0.01"}
+REPEATABLE = {"real-time": "real-time:update_seconds=0.05/0.01"}
 """Texts of protocols that depend on measured times by default."""
 
 
@@ -58,7 +58,7 @@ def text_of(name):
 
 def runs_by(name, sequence, *makers):
     entries = [(parse_tracker(maker), 0) for maker in makers]
-    return run_protocol(entries, sequence, parse_protocol(text_of(name)).text).runs
+    return run_protocol(entries, sequence, parse_protocol(text_of(name)).key).runs
 
 
 @pytest.fixture
@@ -74,26 +74,25 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.definition(name)
+    definition = protocols.describe(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80
     assert len(definition["definition"]) > 200
-    assert all(parameter["meaning"] for parameter in definition["knobs"])
-    assert can_score(definition["preset"], parse_protocol(name).text)
+    assert all(parameter["meaning"] for parameter in definition["parameters"])
+    assert can_score(definition["metrics"], parse_protocol(name).key)
 
 
 @every_protocol
 def test_text_of_protocol_is_parsed_to_an_equal_protocol(name):
     protocol = parse_protocol(name)
-    assert protocol.text == (STORED_ONE_PASS if name == "one-pass" else name)
-    assert parse_protocol(protocol.text) == protocol
-    assert protocols.title(protocol.text) == name
+    assert protocol.key == name
+    assert parse_protocol(protocol.key) == protocol
 
 
 def test_parameters_are_parsed_and_checked():
-    protocol = parse_protocol(" supervised:threshold=0.10:skip=5")
-    assert (protocol.skip, protocol.threshold, protocol.text) == (
+    protocol = parse_protocol(" supervised:threshold=0.10:skip_frames=5")
+    assert (protocol.skip_frames, protocol.threshold, protocol.key) == (
         5,
         0.1,
         "supervised:threshold=0.1",
@@ -103,8 +102,8 @@ def test_parameters_are_parsed_and_checked():
         "tre:start=3": "Did you mean 'starts'",
         "tre:starts=0": "parameter starts=0",
         "tre:starts": "not key=value",
-        "real-time:seconds=a": "could not convert",
-        "real-time:seconds=-1": "numbers ≥ 0",
+        "real-time:update_seconds=a": "could not convert",
+        "real-time:update_seconds=-1": "numbers ≥ 0",
         "real-time:fps=nan": "fps",
     }.items():
         with pytest.raises(ProtocolError, match=words):
@@ -115,7 +114,7 @@ def test_parameters_are_parsed_and_checked():
 def test_rows_follow_segments_and_start_with_init_boxes(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     assert run.status == "finished"
-    segments = segment_frames(parse_protocol(text_of(name)).text, sequence, "boxes")
+    segments = segment_frames(parse_protocol(text_of(name)).key, sequence, "boxes")
     assert [frames.tolist() for frames in run.segments] == [frames.tolist() for frames in segments]
     assert len(run.boxes) == (sum(map(len, segments)) or len(sequence))
     row = 0
@@ -133,7 +132,7 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
     (run,) = runs_by(name, sequence, Confident)
     _, in_company, _ = runs_by(name, sequence, lambda seed: Confident(seed), Confident, Walker)
     (other,) = runs_by(name, sequence, Walker)
-    evaluated = bench.evaluate_run(Confident, sequence, protocol=text_of(name))
+    evaluated = evaluate_run(Confident, sequence, protocol=text_of(name))
     for again in (in_company, evaluated):
         np.testing.assert_array_equal(run.boxes, again.boxes)
         assert run.identity == again.identity != other.identity
@@ -143,13 +142,13 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
 @every_protocol
 def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     (run,) = runs_by(name, sequence, Confident)
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("", {}))
-    assert results.write(run)
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("", {}))
+    assert results.add(run)
     read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
         np.testing.assert_array_equal(frames, expected)
-    for column in ("boxes", "visible", "confidence", "states", "source_frames"):
+    for column in ("boxes", "visible", "confidence", "states", "estimate_frames"):
         np.testing.assert_array_equal(getattr(read, column), getattr(run, column), column)
     assert read.identity == run.identity
 
@@ -161,8 +160,8 @@ def test_presets_judge_their_protocols_and_refuse_others(name, sequence):
         if can_score(preset, run.identity.protocol):
             if (name, preset) != ("one-pass", "vot-supervised"):  # which may have failed
                 judged = score_run(run, sequence, preset)
-                assert list(judged.scores) == list(metrics.preset(preset).columns)
-                assert len(judged.parts) == len(run.segments)
+                assert list(judged.scores) == list(metrics.find_metrics(preset).metrics)
+                assert len(judged.segment_results) == len(run.segments)
         else:
             with pytest.raises(
                 ValueError, match=f"^{preset} cannot score runs of the protocol {name}"
@@ -189,13 +188,13 @@ def test_tracker_that_raises_fails_only_its_run(name, sequence):
 def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     unknown = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("", {}))
-    write_truth(results.folder, sequence)
-    results.write(unknown)
-    (row,) = list_scored_runs(results)
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("", {}))
+    add_truth_of(results.folder, sequence)
+    results.add(unknown)
+    (row,) = scored_rows(results)
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
-    (table,) = preset_report(results.folder, ["native"]).tables
+    (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(
         "native cannot score runs of the protocol of-tomorrow" in note for note in table.notes
     )
@@ -203,25 +202,27 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
 
 def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
-    assert run.identity.protocol == "accuracy"
-    assert run.identity == bench.evaluate_run(Walker, sequence).identity
-    assert run_key(run.identity) == ("Walker", "line", 0, "accuracy")
+    assert run.identity.protocol == "one-pass"
+    assert run.identity == evaluate_run(Walker, sequence).identity
+    assert run_key(run.identity) == ("Walker", "line", 0, "one-pass")
     others = {runs_by(name, sequence, Confident)[0].identity.version for name in protocols.names()}
     assert len(others) == len(protocols.names())
 
 
 @every_protocol
-def test_run_of_dead_process_has_rows_of_its_protocol(name, tmp_path):
+def test_failed_run_has_rows_of_its_protocol(name, tmp_path, monkeypatch):
     source = SequenceSource("plain/target:length=30")
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     plan = make_plan(experiment, results)
-    (unit,) = missing_units(plan)
-    write_truth(results.folder, datasets.load(source.text))
-    run = record_failure(unit, Failure(3, "it died"))
-    assert results.write(run)
-    assert run.failure == "frame 3: it died"
-    assert run.identity.version == unit.entries[0].version
-    assert len(run.boxes) == unit.frames == (sum(map(len, run.segments)) or 30)
-    assert make_plan(experiment, results).count(State.FAILED) == 1
-    assert make_plan(replace(experiment, protocol="tre:starts=2"), results).count(State.LEFT) == 1
+    (task,) = missing_tasks(plan)
+    add_truth_of(results.folder, datasets.load(source.text))
+    monkeypatch.setattr("trackmark.trackers.static.Static.update", None)
+    (run,) = run_task(task, Limits())
+    assert results.add(run)
+    assert "NoneType" in run.failure
+    assert run.identity == task.runs[0].identity
+    assert len(run.boxes) == task.n_frames == (sum(map(len, run.segments)) or 30)
+    assert make_plan(experiment, results).count(RunStatus.FAILED) == 1
+    other = replace(experiment, protocol="tre:starts=2")
+    assert make_plan(other, results).count(RunStatus.MISSING) == 1

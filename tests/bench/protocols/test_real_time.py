@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.protocols import Action, parse_protocol
 from trackmark.trackers import Estimate
 
@@ -35,28 +35,30 @@ def controlled(n, times, first=0):
     """Return the same values as `simulated`, from the protocol at four frames per second."""
     truth = type("Truth", (), {"boxes": np.zeros((n + first, 4))})
     text = "/".join(str(float(time / 4)) for time in times)
-    controller = parse_protocol(f"real-time:fps=4:seconds={text}").controller(truth, first, (9, 9))
+    controller = parse_protocol(f"real-time:fps=4:update_seconds={text}").controller(
+        truth, first, (9, 9)
+    )
     visited = []
     for frame in range(first + 1, first + n):
         if controller.action(frame) is Action.UPDATE:
             visited.append(frame)
-            assert controller.on_estimate(frame, np.zeros(6), 7.0) == ""
-    return controller.source_frames, visited
+            assert controller.check_estimate(frame, np.zeros(6), 7.0) == ""
+    return controller.estimate_frames, visited
 
 
 quarters = st.integers(0, 24).map(lambda quarter: Fraction(quarter, 8))
 
 
 @given(st.integers(1, 40), st.lists(quarters, min_size=1, max_size=6), st.integers(0, 3))
-def test_source_frames_equal_slow_simulation(n, times, first):
-    source_frames, visited = controlled(n, times, first)
+def test_estimate_frames_equal_slow_simulation(n, times, first):
+    estimate_frames, visited = controlled(n, times, first)
     sources, expected = simulated(n, times)
-    assert source_frames[:first].tolist() == [-1] * first
-    assert (source_frames[first:] - first).tolist() == sources
+    assert estimate_frames[:first].tolist() == [-1] * first
+    assert (estimate_frames[first:] - first).tolist() == sources
     assert [frame - first for frame in visited] == expected
 
 
-def test_rows_hold_boxes_of_their_source_frames(make_sequence):
+def test_rows_hold_boxes_of_their_estimate_frames(make_sequence):
     sequence = make_sequence(n=16, absent=(0,))
     numbers = {sequence[frame].tobytes(): frame for frame in range(16)}
 
@@ -65,15 +67,15 @@ def test_rows_hold_boxes_of_their_source_frames(make_sequence):
             frame = numbers[image.tobytes()]
             return Estimate(np.array([frame, 2.0, 8.0, 6.0]), confidence=frame / 16)
 
-    run = bench.evaluate_run(FrameNumbers, sequence, protocol="real-time:fps=10:seconds=0.15/0.31")
-    assert run.source_frames[1] == 1
-    late = run.source_frames[2:]
+    run = evaluate_run(FrameNumbers, sequence, protocol="real-time:fps=10:update_seconds=0.15/0.31")
+    assert run.estimate_frames[1] == 1
+    late = run.estimate_frames[2:]
     assert (late <= np.arange(2, 16)).all()
     assert (late < np.arange(2, 16)).any()
     np.testing.assert_array_equal(run.boxes[1], sequence.boxes[1])
-    later = run.source_frames > 1
-    np.testing.assert_array_equal(run.boxes[later, 0], run.source_frames[later])
-    np.testing.assert_array_equal(run.confidence[later], run.source_frames[later] / 16)
+    later = run.estimate_frames > 1
+    np.testing.assert_array_equal(run.boxes[later, 0], run.estimate_frames[later])
+    np.testing.assert_array_equal(run.confidence[later], run.estimate_frames[later] / 16)
     init_box_rows = run.boxes[2:][late == 1]
     np.testing.assert_array_equal(
         init_box_rows, np.tile(sequence.boxes[1], (len(init_box_rows), 1))
@@ -82,18 +84,18 @@ def test_rows_hold_boxes_of_their_source_frames(make_sequence):
 
 def test_fast_tracker_has_its_one_pass_run(make_sequence):
     sequence = make_sequence(n=12)
-    run = bench.evaluate_run(Walker, sequence, protocol="real-time:seconds=0.04")
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
-    assert run.source_frames.tolist() == list(range(12))
+    run = evaluate_run(Walker, sequence, protocol="real-time:update_seconds=0.04")
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Walker, sequence).boxes)
+    assert run.estimate_frames.tolist() == list(range(12))
 
 
 def test_measured_times_make_runs_time_dependent(make_sequence):
     protocol = parse_protocol("real-time:fps=0.001")
     assert protocol.time_dependent
-    assert not parse_protocol("real-time:seconds=0.1").time_dependent
+    assert not parse_protocol("real-time:update_seconds=0.1").time_dependent
     sequence = make_sequence(n=8)
-    run = bench.evaluate_run(Walker, sequence, protocol=protocol.text)  # 1000 s per frame
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Walker, sequence).boxes)
+    run = evaluate_run(Walker, sequence, protocol=protocol.key)  # 1000 s per frame
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Walker, sequence).boxes)
 
 
 def test_long_term_needs_confidence_of_reported_target(make_sequence):
@@ -105,8 +107,8 @@ def test_long_term_needs_confidence_of_reported_target(make_sequence):
             visible = len(self.shown) < 4
             return Estimate(estimate.box, visible=visible, confidence=0.5 if visible else nan)
 
-    run = bench.evaluate_run(Leaves, sequence, protocol="long-term")
+    run = evaluate_run(Leaves, sequence, protocol="long-term")
     assert run.status == "finished"
-    np.testing.assert_array_equal(run.boxes, bench.evaluate_run(Leaves, sequence).boxes)
-    failed = bench.evaluate_run(Walker, sequence, protocol="long-term")
+    np.testing.assert_array_equal(run.boxes, evaluate_run(Leaves, sequence).boxes)
+    failed = evaluate_run(Walker, sequence, protocol="long-term")
     assert failed.failure.startswith("frame 1: the estimate has no confidence, which the protocol")

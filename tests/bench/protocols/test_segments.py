@@ -9,10 +9,10 @@ from hypothesis import strategies as st
 
 from tests.bench.conftest import straight_line
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench
 from trackmark.bench import metrics
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics.preset import GroundTruthArrays, RunEstimates
+from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.protocols import Segment, parse_protocol
 from trackmark.trackers import Estimate
 
@@ -27,16 +27,16 @@ def test_tre_spaces_starts_evenly_up_to_last_possible_frame():
     starts = [start for start, _ in starts_of("tre", np.ones(210, bool))]
     assert starts == list(range(0, 191, 10))
     assert starts_of("tre:starts=1", np.ones(50, bool)) == [(0, 1)]
-    short = [start for start, _ in starts_of("tre:starts=4:least=5", np.ones(7, bool))]
+    short = [start for start, _ in starts_of("tre:starts=4:min_frames=5", np.ones(7, bool))]
     assert short == [0, 1, 2]
     absent = np.ones(12, bool)
     absent[[0, 5, 6]] = False
-    assert starts_of("tre:starts=3:least=4", absent) == [(0, 1), (3, 1), (8, 1)]
+    assert starts_of("tre:starts=3:min_frames=4", absent) == [(0, 1), (3, 1), (8, 1)]
 
 
 @given(presences, st.integers(1, 30), st.integers(2, 40))
 def test_tre_starts_are_distinct_frames_with_target(present, n, least):
-    segments = parse_protocol(f"tre:starts={n}:least={least}").segments(present, {})
+    segments = parse_protocol(f"tre:starts={n}:min_frames={least}").segments(present, {})
     assert segments[0] == Segment()
     starts = [segment.start for segment in segments[1:]]
     assert starts == sorted(set(starts))
@@ -48,8 +48,8 @@ def test_tre_starts_are_distinct_frames_with_target(present, n, least):
 
 def test_first_segment_of_tre_is_the_one_pass_run(make_sequence):
     sequence = make_sequence(n=60, absent=(0, 1))
-    whole = bench.evaluate_run(Walker, sequence)
-    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=3")
+    whole = evaluate_run(Walker, sequence)
+    run = evaluate_run(Walker, sequence, protocol="tre:starts=3")
     np.testing.assert_array_equal(run.boxes[:60], whole.boxes)
     np.testing.assert_array_equal(run.details["brightness"][:60], whole.details["brightness"])
     assert [frames[0] for frames in run.segments] == [0, 21, 40]
@@ -58,7 +58,7 @@ def test_first_segment_of_tre_is_the_one_pass_run(make_sequence):
 
 
 def test_segments_have_independent_random_numbers(make_sequence):
-    run = bench.evaluate_run(Walker, make_sequence(), protocol="sre")
+    run = evaluate_run(Walker, make_sequence(), protocol="sre")
     steps = [np.diff(rows, axis=0)[:, :2] for rows in run.boxes.reshape(12, 20, 4)]
     assert len({step.tobytes() for step in steps}) == 12
 
@@ -88,7 +88,7 @@ def test_sre_perturbs_init_box_in_twelve_ways():
 def test_sre_perturbs_the_selected_region(make_sequence):
     boxes = make_sequence(n=6).boxes
     sequence = make_sequence(n=6, regions={"wide": boxes + [0, 0, 12, 0]})
-    run = bench.evaluate_run("static:init=wide", sequence, protocol="sre")
+    run = evaluate_run("static:init=wide", sequence, protocol="sre")
     np.testing.assert_allclose(run.boxes[0], boxes[0] + [-2, 0, 12, 0])
     np.testing.assert_array_equal(run.boxes[:6], np.tile(run.boxes[0], (6, 1)))
 
@@ -116,7 +116,7 @@ def test_anchors_of_the_data_are_used_unchanged():
 
 def test_backward_segment_shows_frames_in_reverse(make_sequence):
     sequence = make_sequence(n=30)
-    run = bench.evaluate_run(Walker, sequence, protocol="anchors:spacing=15")
+    run = evaluate_run(Walker, sequence, protocol="anchors:spacing=15")
     assert [frames.tolist() for frames in run.segments] == [
         list(range(30)),
         list(range(14, 30)),
@@ -130,14 +130,14 @@ def test_backward_segment_shows_frames_in_reverse(make_sequence):
 @pytest.mark.parametrize("preset", ["native", "otb", "got10k"])
 def test_score_of_run_is_mean_over_segments(make_sequence, preset):
     sequence = make_sequence(n=40)
-    run = bench.evaluate_run(Walker, sequence, protocol="tre:starts=4:least=10")
+    run = evaluate_run(Walker, sequence, protocol="tre:starts=4:min_frames=10")
     key = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}[preset]
     values, end = [], 0
     for frames in run.segments:
         rows, end = slice(end, end + len(frames)), end + len(frames)
         visible = sequence.visibility[frames]
         truth = GroundTruthArrays(sequence.boxes[frames], {}, visible, sequence.image_size)
-        alone = metrics.preset(preset).score(
+        alone = metrics.find_metrics(preset).score(
             truth, RunEstimates(run.boxes[rows], run.visible[rows])
         )
         values.append(alone.scores[key])
@@ -155,7 +155,7 @@ def pixels_of(box):
 
 def test_anchor_scores_equal_slow_definition(make_sequence):
     sequence = make_sequence(n=30, image_size=(32, 24))
-    run = bench.evaluate_run("static", sequence, protocol="anchors:spacing=29")
+    run = evaluate_run("static", sequence, protocol="anchors:spacing=29")
     masks = [pixels_of(box) for box in sequence.boxes]
     progress, summed = [], 0.0
     for frames in run.segments:
@@ -173,7 +173,13 @@ def test_anchor_scores_equal_slow_definition(make_sequence):
 
 @pytest.mark.parametrize(
     "protocol",
-    ["one-pass", "tre:starts=3:least=2", "anchors:spacing=7", "real-time:seconds=0", "supervised"],
+    [
+        "one-pass",
+        "tre:starts=3:min_frames=2",
+        "anchors:spacing=7",
+        "real-time:update_seconds=0",
+        "supervised",
+    ],
 )
 def test_protocol_starts_and_scores_at_annotated_frames(make_sequence, protocol):
     sequence = make_sequence(n=24, annotated=np.arange(24) % 4 == 1)
@@ -191,7 +197,7 @@ def test_protocol_starts_and_scores_at_annotated_frames(make_sequence, protocol)
             frame = next(i for i in range(24) if np.array_equal(sequence[i], image))
             return Estimate(straight_line(24)[frame])
 
-    run = bench.evaluate_run(Perfect, sequence, protocol=protocol)
+    run = evaluate_run(Perfect, sequence, protocol=protocol)
     assert run.status == "finished", run.failure
     assert len(starts) == max(1, len(run.segments))
     preset = {"anchors": "vot-anchor", "supervised": "vot-supervised"}.get(
@@ -203,8 +209,8 @@ def test_protocol_starts_and_scores_at_annotated_frames(make_sequence, protocol)
 
 def test_segment_may_have_a_single_frame(make_sequence):
     sequence = make_sequence(n=5)
-    run = bench.evaluate_run("static", sequence, protocol="anchors:spacing=4")
+    run = evaluate_run("static", sequence, protocol="anchors:spacing=4")
     for frame in (0, 4):
         frames = (np.array([frame], np.int32),)
         single = replace(run, segments=frames, boxes=sequence.boxes[[frame]])
-        assert len(score_run(single, sequence, "vot-anchor").parts) == 1
+        assert len(score_run(single, sequence, "vot-anchor").segment_results) == 1

@@ -7,9 +7,10 @@ from hypothesis import strategies as st
 
 from tests.bench.conftest import Noise, straight_line
 from tests.bench.evaluation.walkers import Walker
-from trackmark import bench, datasets
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import score_run
-from trackmark.bench.metrics.preset import FrameState
+from trackmark.bench.metrics.interface import FrameState
 from trackmark.trackers import Estimate
 
 S, I, F, T = (int(state) for state in FrameState)  # noqa: E741  # skipped, initialised, failed, tracked
@@ -41,7 +42,7 @@ def scripted(sequence, lost):
 def test_failure_is_followed_by_pause_and_restart(make_sequence):
     sequence = make_sequence(n=24, absent=(0, 16, 17))
     maker, seeds = scripted(sequence, lost={5, 7, 12, 23})
-    run = bench.evaluate_run(maker, sequence, protocol="supervised")
+    run = evaluate_run(maker, sequence, protocol="supervised")
     assert run.states.tolist() == [S, I, T, T, T, F, S, S, S, S, I, T, F, S, S, S, S, S, I] + [
         *[T] * 4,
         F,
@@ -60,7 +61,7 @@ def test_frames_without_annotation_never_fail_nor_restart(make_sequence):
     annotated = np.isin(np.arange(20), (0, 3, 6, 13, 19))
     sequence = make_sequence(n=20, annotated=annotated)
     maker, _ = scripted(sequence, lost={2, 6})
-    run = bench.evaluate_run(maker, sequence, protocol="supervised")
+    run = evaluate_run(maker, sequence, protocol="supervised")
     assert run.states.tolist() == [I, *[T] * 5, F, *[S] * 6, I, *[T] * 6]
     scored = score_run(run, sequence, "vot-supervised").scores
     assert scored["failures"] == 1
@@ -73,7 +74,7 @@ def test_frames_without_annotation_never_fail_nor_restart(make_sequence):
 def test_forged_state_is_not_scored(make_sequence, frame, state):
     sequence = make_sequence(n=24)
     maker, _ = scripted(sequence, lost={5})
-    run = bench.evaluate_run(maker, sequence, protocol="supervised")
+    run = evaluate_run(maker, sequence, protocol="supervised")
     assert run.states[:12].tolist() == [I, T, T, T, T, F, S, S, S, S, I, T]
     run.states[frame] = state
     with pytest.raises(
@@ -86,7 +87,7 @@ def test_accuracy_and_eao_equal_hand_computed_values():
     """Use a failure in frame 20 of 130, a restart in frame 25 and a burn-in of ten frames."""
     sequence = datasets.Sequence("line", Noise(130, 24, 100), straight_line(130), fingerprint="x")
     maker, _ = scripted(sequence, lost={20})
-    run = bench.evaluate_run(maker, sequence, protocol="supervised")
+    run = evaluate_run(maker, sequence, protocol="supervised")
     scores = score_run(run, sequence, "vot-supervised").scores
     assert scores["accuracy"] == 1.0
     # Two parts: frames 0 to 19 (overlap 0 after the failure), and frames 25 to 129, of which 104
@@ -99,8 +100,8 @@ def test_accuracy_and_eao_equal_hand_computed_values():
 def test_tracker_without_failure_has_its_one_pass_run(make_sequence):
     sequence = make_sequence(n=12)
     maker, seeds = scripted(sequence, lost=())
-    run = bench.evaluate_run(maker, sequence, protocol="supervised")
-    one_pass = bench.evaluate_run(maker, sequence)
+    run = evaluate_run(maker, sequence, protocol="supervised")
+    one_pass = evaluate_run(maker, sequence)
     np.testing.assert_array_equal(run.boxes, one_pass.boxes)
     assert run.states.tolist() == [I] + [T] * 11
     assert len(seeds) == 2
@@ -117,9 +118,9 @@ def test_parameters_set_failure_threshold_and_pause(make_sequence):
         def update(self, image):
             return Estimate(self.box + [4.0, 0, 0, 0])
 
-    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip=1")
+    run = evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip_frames=1")
     assert set(run.states.tolist()) == {I, F}
-    run = bench.evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip=3")
+    run = evaluate_run(Half, sequence, protocol="supervised:threshold=0.5:skip_frames=3")
     assert run.states[:6].tolist() == [I, F, S, S, I, F]
 
 
@@ -155,7 +156,7 @@ def test_states_equal_those_of_vot_toolkit_loop(present, lost, skip):
     boxes = straight_line(n, [i for i in range(n) if not present[i]])
     sequence = datasets.Sequence("line", Noise(n), boxes, fingerprint="x", image_size=(32, 24))
     maker, _ = scripted(sequence, lost)
-    run = bench.evaluate_run(maker, sequence, protocol=f"supervised:skip={skip}")
+    run = evaluate_run(maker, sequence, protocol=f"supervised:skip_frames={skip}")
     assert run.states.tolist() == vot_loop(present, lost, skip)
 
 
@@ -169,5 +170,5 @@ def test_tracker_that_cannot_be_restarted_fails(make_sequence):
                 raise RuntimeError("once is enough")
             super().init(image, box, mask)
 
-    run = bench.evaluate_run(Once, sequence, protocol="supervised")
+    run = evaluate_run(Once, sequence, protocol="supervised")
     assert run.failure.startswith("frame 9: RuntimeError: once is enough")

@@ -23,17 +23,17 @@ from trackmark.bench.regression.baseline import (
     baseline_path,
     box_digest,
     check_equal_scores,
+    current_environment,
     read_baseline,
-    surroundings,
     write_baseline,
 )
 
-SEEDS = 6
-MADE_WITH = {"platform": "Linux x86_64", "numpy": "2.1"}
+N_REPETITIONS = 6
+ENVIRONMENT = {"platform": "Linux x86_64", "numpy": "2.1"}
 
 
-def entry(overlap=(0.5,) * SEEDS, path="s0", **options):
-    boxes = tuple(f"{seed:08x}" for seed in range(len(overlap)))
+def entry(overlap=(0.5,) * N_REPETITIONS, path="s0", **options):
+    boxes = tuple(f"{repetition:08x}" for repetition in range(len(overlap)))
     return BaselineEntry(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
 
 
@@ -41,22 +41,26 @@ def baseline(**entries):
     return Baseline(
         {"mine": {"s0": entry(), **entries}, "static": {"s0": entry((0.25,))}},
         {"mine": "a.py:as=mine", "static": "static"},
-        SEEDS,
+        N_REPETITIONS,
         0.05,
-        MADE_WITH,
+        ENVIRONMENT,
     )
 
 
 def test_written_baseline_is_read_unchanged(tmp_path):
     video = entry((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
     stored = baseline(**{"cup.mp4": video, "tracker": entry()})
-    stored = stored.moved_on("mine", stored.entries, 'a "better" update', "2026-11-22")
+    stored = stored.with_accepted("mine", stored.entries, 'a "better" update', "2026-11-22")
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
     assert read.entries == stored.entries
-    assert (read.texts, read.seeds, read.detect) == (stored.texts, stored.seeds, stored.detect)
-    assert read.made_with == MADE_WITH
-    assert read.accepted[0]["because"] == 'a "better" update'
+    assert (read.specs, read.n_repetitions, read.detectable_drop) == (
+        stored.specs,
+        stored.n_repetitions,
+        stored.detectable_drop,
+    )
+    assert read.environment == ENVIRONMENT
+    assert read.accepted[0]["reason"] == 'a "better" update'
     write_baseline(read, tmp_path / "again.toml")
     assert (tmp_path / "again.toml").read_bytes() == (tmp_path / "own.toml").read_bytes()
 
@@ -65,11 +69,11 @@ def test_written_baseline_is_read_unchanged(tmp_path):
 def test_control_character_in_a_text_is_read_unchanged(tmp_path, sign):
     name = f"cup{sign}"
     stored = baseline(**{name: entry(path=f"data/{name}")})
-    stored = stored.moved_on("mine", stored.entries, f"because {sign}", "2026-11-22")
+    stored = stored.with_accepted("mine", stored.entries, f"because {sign}", "2026-11-22")
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
     assert read.entries["mine"][name].source.text == f"data/{name}"
-    assert read.accepted[0]["because"] == f"because {sign}"
+    assert read.accepted[0]["reason"] == f"because {sign}"
 
 
 def test_text_that_is_not_utf8_is_refused(tmp_path):
@@ -87,33 +91,45 @@ REFUSED = [
     ("overlap = [0.5,", "overlap = [nan,", f"{MINE}overlap.0: nan. Input should be a finite"),
     ("overlap = [0.5,", f"overlap = [{LONG},", f"{MINE}overlap.0: 99999"),
     ("overlap = [0.5,", "overlap = [", f"{MINE}overlap: [0.5, 0.5, 0.5, 0.5, 0.5]. 5 values; exp"),
-    ('boxes = ["00000000",', "boxes = [", f"{MINE}boxes: ['00000001'"),
-    ('{ sequence = "9f31c2aa", ', "{ ", f"{MINE}sequence: 'missing'. Field required"),
-    ("{ sequence", "{ mean_overlap = [7.5, 0], sequence", f"{MINE}mean_overlap: [7.5, 0]. Extra"),
-    ("seeds = 6", "seeds = 7", f"{MINE}overlap: [0.5, 0.5"),
-    ("seeds = 6", "seeds = 5", "seeds: 5. Input should be greater"),
-    ("seeds = 6", f"seeds = {LONG * 11}", "own.toml: Exceeds the limit"),
-    ("detect = 0.05", "detect = inf", "detect: inf. Input should be a finite"),
-    ("detect = 0.05", "detect = 0", "detect: 0. Input should be greater"),
-    ('"numpy" = "2.1"', '"numpy" = 2.1', "made_with.numpy: 2.1. Input should be a valid string"),
+    ('box_digests = ["00000000",', "box_digests = [", f"{MINE}box_digests: ['00000001'"),
+    ('{ fingerprint = "9f31c2aa", ', "{ ", f"{MINE}fingerprint: 'missing'. Field required"),
+    (
+        "{ fingerprint",
+        "{ mean_overlap = [7.5, 0], fingerprint",
+        f"{MINE}mean_overlap: [7.5, 0]. Extra",
+    ),
+    ("repetitions = 6", "repetitions = 7", f"{MINE}overlap: [0.5, 0.5"),
+    ("repetitions = 6", "repetitions = 5", "repetitions: 5. Input should be greater"),
+    ("repetitions = 6", f"repetitions = {LONG * 11}", "own.toml: Exceeds the limit"),
+    (
+        "detectable_drop = 0.05",
+        "detectable_drop = inf",
+        "detectable_drop: inf. Input should be a finite",
+    ),
+    (
+        "detectable_drop = 0.05",
+        "detectable_drop = 0",
+        "detectable_drop: 0. Input should be greater",
+    ),
+    ('"numpy" = "2.1"', '"numpy" = 2.1', "environment.numpy: 2.1. Input should be a valid string"),
     ("date = ", "date = 2026-11-22 # ", "accepted.0.date: datetime.date(2026, 11, 22). Input sh"),
-    ('because = "x', 'because = "x\x7f', "Illegal character '\\x7f'"),
-    ("format = 2", "format = 7", "format: 7. This version reads format 2"),
+    ('reason = "x', 'reason = "x\x7f', "Illegal character '\\x7f'"),
+    ("format = 1", "format = 7", "format: 7. This version reads format 1"),
     ("[specifications]", "[speeds]", "speeds: {'mine': 'a.py:as=mine'}. Extra inputs"),
     ("date = ", 'date = "2026-02-30" # ', "accepted.0.date: '2026-02-30'. Value error"),
-    ('because = "x"', 'because = ""', "accepted.0.because: ''. String should have at least 1"),
+    ('reason = "x"', 'reason = ""', "accepted.0.reason: ''. String should have at least 1"),
     ('tracker = "mine"', 'tracker = ""', "accepted.0.tracker: ''. String should have at least 1"),
     ('[trackers."static"]', '[trackers.""]', "String should have at least 1"),
     ('"numpy" = ', '"" = ', "String should have at least 1"),
     (
-        'overlap = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5], boxes = ["00000000", "00000001"',
-        'overlap = [0.5, 0.7, 0.5, 0.5, 0.5, 0.5], boxes = ["00000000", "00000000"',
+        'overlap = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5], box_digests = ["00000000", "00000001"',
+        'overlap = [0.5, 0.7, 0.5, 0.5, 0.5, 0.5], box_digests = ["00000000", "00000000"',
         f"{MINE}overlap.1: 0.7. Another run with equal boxes has 0.5.",
     ),
     (
-        '[trackers."static"]\n"s0" = { sequence = "9f31c2aa"',
-        '[trackers."static"]\n"s0" = { sequence = "00000000"',
-        "tracker 'static', sequence 's0', sequence: '00000000'. Tracker 'mine' has '9f31c2aa'.",
+        '[trackers."static"]\n"s0" = { fingerprint = "9f31c2aa"',
+        '[trackers."static"]\n"s0" = { fingerprint = "00000000"',
+        "tracker 'static', sequence 's0', fingerprint: '00000000'. Tracker 'mine' has '9f31c2aa'.",
     ),
     (
         '[trackers."static"]\n"s0" = { ',
@@ -130,7 +146,7 @@ REFUSED = [
 def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
     file = tmp_path / "own.toml"
     stored = baseline()
-    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
+    write_baseline(stored.with_accepted("mine", stored.entries, "x", "2026-11-22"), file)
     assert old in file.read_text() or old == "]"
     text = file.read_text().replace(old, new, 1)
     file.write_text(text, errors="surrogateescape")
@@ -163,8 +179,8 @@ def test_invalid_name_of_a_baseline_is_refused(name):
 def test_changed_overlap_of_equal_boxes_is_refused():
     before = baseline().entries
     check_equal_scores(Path("own.toml"), before, {**before, "static": {"s0": entry((0.25004,))}})
-    # A tracker that draws random numbers now has the boxes of its old run with one seed.
-    now = {**before, "static": {"s0": entry((0.26,) * SEEDS)}}
+    # A tracker that draws random numbers now has the boxes of its old run with one repetition.
+    now = {**before, "static": {"s0": entry((0.26,) * N_REPETITIONS)}}
     for entries in ({**before, "static": {"s0": entry((0.26,))}}, now):
         message = (
             r"own.toml: tracker 'static', sequence 's0', overlap.0: 0.25. Runs with these boxes "
@@ -178,7 +194,7 @@ def test_changed_overlap_of_equal_boxes_is_refused():
 def valid(tmp_path_factory):
     file = tmp_path_factory.mktemp("baseline") / "own.toml"
     stored = baseline(s1=entry(path="data/s1", truth=Path("s1.csv")))
-    write_baseline(stored.moved_on("mine", stored.entries, "x", "2026-11-22"), file)
+    write_baseline(stored.with_accepted("mine", stored.entries, "x", "2026-11-22"), file)
     return file.read_bytes(), file.with_name("mutated.toml")
 
 
@@ -188,14 +204,17 @@ def assert_read_as_written_or_refused(file):
     except BaselineError:
         return
     table = tomllib.loads(file.read_bytes().decode("utf-8-sig"))
-    assert (read.seeds, read.detect) == (table["seeds"], table["detect"])
+    assert (read.n_repetitions, read.detectable_drop) == (
+        table["repetitions"],
+        table["detectable_drop"],
+    )
     assert list(read.accepted) == table.get("accepted", [])
     for tracker, entries in table["trackers"].items():
         for name, entry in entries.items():
             stored = read.entries[tracker][name]
             assert list(stored.overlap) == entry["overlap"]
-            assert list(stored.boxes) == entry["boxes"]
-            assert stored.sequence == entry["sequence"]
+            assert list(stored.box_digests) == entry["box_digests"]
+            assert stored.fingerprint == entry["fingerprint"]
             assert all(0 <= score <= 1 for score in stored.overlap)
     again = file.with_name("again.toml")
     write_baseline(read, again)
@@ -221,7 +240,7 @@ def test_surroundings_need_no_name_of_a_distribution(monkeypatch):
     monkeypatch.setattr("importlib.metadata.version", version)
     libraries = {"numpy": np, "numba": numba, "opencv": cv2, "scipy": scipy}
     expected = {name: module.__version__ for name, module in libraries.items()}
-    assert expected.items() <= surroundings().items()
+    assert expected.items() <= current_environment().items()
 
 
 def test_box_digest_equals_slow_definition():

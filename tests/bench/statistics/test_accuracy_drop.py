@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy import stats
 
 from trackmark.bench.statistics.accuracy_drop import (
-    advised_seeds,
-    decide_by_seeds,
+    advised_repetitions,
+    decide_by_repetitions,
     found_drop,
     missed_drops,
     share_found,
@@ -42,10 +42,10 @@ def slow_label(low, high):
 
 
 @given(differences, st.integers(1, 20))
-def test_decide_by_seeds_equals_slow_definition(values, comparisons):
+def test_decide_by_repetitions_equals_slow_definition(values, comparisons):
     if np.ptp(values) < 1e-4:
         return
-    change = decide_by_seeds(values, comparisons, DETECT)
+    change = decide_by_repetitions(values, comparisons, DETECT)
     low, high = slow_interval(values, 1 - 0.05 / comparisons)
     assert change.interval == pytest.approx((low, high), abs=1e-7)
     close = [abs(end - limit) for end in (low, high) for limit in (0, 0.01, -0.01, -DETECT)]
@@ -61,47 +61,47 @@ def test_decide_by_seeds_equals_slow_definition(values, comparisons):
         ([0.08, 0.12, 0.1, 0.09, 0.11, 0.1], 1, "better", ""),
         ([-0.005] * 20, 8, "not worse", ""),
         ([-0.03, 0.02] * 10, 1, "not worse", ""),
-        ([-0.3, 0.3, -0.2, 0.2, -0.1, 0.1], 1, "inconclusive", "51 to 1200 seeds needed"),
+        ([-0.3, 0.3, -0.2, 0.2, -0.1, 0.1], 1, "inconclusive", "51 to 1200 repetitions needed"),
         ([-0.1] * 6, 1, "worse", ""),
         (
             [-0.1] * 6,
             8,
             "inconclusive",
-            "the same difference on all 6 seeds, too few for 8 comparisons",
+            "the same difference on all 6 repetitions, too few for 8 comparisons",
         ),
     ],
 )
-def test_decide_by_seeds_labels_and_reasons(values, comparisons, label, reason):
-    change = decide_by_seeds(values, comparisons, DETECT)
+def test_decide_by_repetitions_labels_and_reasons(values, comparisons, label, reason):
+    change = decide_by_repetitions(values, comparisons, DETECT)
     assert (change.label, change.reason) == (label, reason)
 
 
-def normal_scores(generator, n_seeds):
-    return 0.6 + 0.08 * generator.standard_normal(n_seeds)
+def normal_scores(generator, n_repetitions):
+    return 0.6 + 0.08 * generator.standard_normal(n_repetitions)
 
 
-def lossy_scores(generator, n_seeds):
+def lossy_scores(generator, n_repetitions):
     """Return scores of a tracker that loses the target in a tenth of its runs."""
-    lost = generator.random(n_seeds) < 0.1
-    return np.where(lost, 0.1, 0.7) + 0.01 * generator.standard_normal(n_seeds)
+    lost = generator.random(n_repetitions) < 0.1
+    return np.where(lost, 0.1, 0.7) + 0.01 * generator.standard_normal(n_repetitions)
 
 
 @pytest.mark.parametrize("draw", [normal_scores, lossy_scores])
-@pytest.mark.parametrize(("n_seeds", "n_sequences"), [(6, 8), (20, 8), (20, 1)])
-def test_promised_drop_is_found_in_80_percent(draw, n_seeds, n_sequences):
+@pytest.mark.parametrize(("n_repetitions", "n_sequences"), [(6, 8), (20, 8), (20, 1)])
+def test_promised_drop_is_found_in_80_percent(draw, n_repetitions, n_sequences):
     """Apply the rule itself to new scores of many baselines, each with its promised drop."""
     generator = np.random.default_rng(7)
     is_worse = {False: [], True: []}
     for _ in range(60):
-        scores = [draw(generator, n_seeds) for _ in range(n_sequences)]
+        scores = [draw(generator, n_repetitions) for _ in range(n_sequences)]
         for in_mean in is_worse:
             comparisons = 1 if in_mean else n_sequences
-            drop = found_drop(missed_drops(scores, n_seeds, comparisons, in_mean=in_mean))
+            drop = found_drop(missed_drops(scores, n_repetitions, comparisons, in_mean=in_mean))
             for _ in range(10):
-                new = [draw(generator, n_seeds) for _ in range(n_sequences)]
+                new = [draw(generator, n_repetitions) for _ in range(n_sequences)]
                 differences = np.array(new) - scores
                 of_check = differences.mean(axis=0) if in_mean else differences[0]
-                label = decide_by_seeds(of_check - drop, comparisons, DETECT).label
+                label = decide_by_repetitions(of_check - drop, comparisons, DETECT).label
                 is_worse[in_mean].append(label == "worse")
     for shares in is_worse.values():
         assert 0.7 < np.mean(shares) < 0.92
@@ -118,19 +118,19 @@ def test_promised_drop_is_not_inside_the_margin():
     assert share_found(missed, 0.009) < 0.8
 
 
-def test_equal_differences_on_few_seeds_find_no_drop():
+def test_equal_differences_on_few_repetitions_find_no_drop():
     constant = [[0.5] * 6] * 8
     assert found_drop(missed_drops(constant, 6, 8)) == inf
     assert found_drop(missed_drops(constant, 20, 8)) == pytest.approx(0.011)
-    assert advised_seeds(constant, 6, 8, DETECT) == 12
+    assert advised_repetitions(constant, 6, 8, DETECT) == 12
 
 
-def test_advised_seeds_find_the_drop():
+def test_advised_repetitions_find_the_drop():
     scores = np.random.default_rng(3).normal(0.6, 0.08, (8, 20))
     assert share_found(missed_drops(scores, 20, 8), DETECT) < 0.3
-    advised = advised_seeds(scores, 20, 8, DETECT)
+    advised = advised_repetitions(scores, 20, 8, DETECT)
     assert 60 < advised < 120
     assert share_found(missed_drops(scores, advised, 8), DETECT) >= 0.8
     assert share_found(missed_drops(scores, advised * 3 // 4, 8), DETECT) < 0.8
-    assert advised_seeds(scores, 20, 8, 0.009) is None  # inside the margin with any number
-    assert advised_seeds([[0.0, 1.0] * 10], 20, 1, 0.01) is None
+    assert advised_repetitions(scores, 20, 8, 0.009) is None  # inside the margin with any number
+    assert advised_repetitions([[0.0, 1.0] * 10], 20, 1, 0.01) is None

@@ -14,7 +14,7 @@ from trackmark.bench.statistics import verdict_rules
 from trackmark.bench.statistics.intervals import interval_ends
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
-    DEFAULT_SEEDS,
+    DEFAULT_REPETITIONS,
     DETECT,
     MARGIN,
     MIN_SCENES,
@@ -150,7 +150,7 @@ def test_looking_repeatedly_gives_false_answers_as_documented():
 
 
 def test_rare_losses_are_covered_if_the_sample_has_one():
-    """A tenth of the scores is 0 and the others are alike."""
+    """A tenth of the scores is 0 and the others are equal."""
     random = np.random.default_rng(19)
     for n in (8, 20):
         scores = np.where(random.random((INTERVALS, n)) < 0.1, 0.0, 0.7)
@@ -198,8 +198,8 @@ CHECKED = {
 def test_check_reports_drops_as_documented(kind):
     random, draw = np.random.default_rng(8), seed_scores(kind)
     sequences = np.arange(N_CHECKED)[:, None]
-    for seeds, expected in zip((6, 20, 60, 200), CHECKED[kind], strict=True):
-        shape = (CHECKS, N_CHECKED, seeds)
+    for n_repetitions, expected in zip((6, 20, 60, 200), CHECKED[kind], strict=True):
+        shape = (CHECKS, N_CHECKED, n_repetitions)
         loss = 0.03
         if kind == "lost in 1-20 %":
             loss = random.uniform(0.01, 0.2, (CHECKS, N_CHECKED, 1))
@@ -208,7 +208,7 @@ def test_check_reports_drops_as_documented(kind):
             drops = np.where(sequences < n_changed, DETECT, 0.0)
             before, after = (draw(random, shape, drop, loss) for drop in (0 * drops, drops))
             shares.append(100 * np.mean(called_worse(before, after)))
-        assert shares == pytest.approx(expected, abs=5), seeds
+        assert shares == pytest.approx(expected, abs=5), n_repetitions
         assert shares[0] <= 6
 
 
@@ -229,14 +229,14 @@ def scored_cells(scores, version):
 def test_called_worse_equals_check(kind, drop):
     """Check that `called_worse` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
-    for seeds in (MIN_UNITS, DEFAULT_SEEDS):
-        shape = (50, N_CHECKED, seeds)
+    for n_repetitions in (MIN_UNITS, DEFAULT_REPETITIONS):
+        shape = (50, N_CHECKED, n_repetitions)
         drops = np.where(np.arange(N_CHECKED)[:, None] < 3, drop, 0.0)
         scores = draw(random, shape, 0 * drops, 0.03), draw(random, shape, drops, 0.03)
         before, after = (np.round(values, DECIMALS) for values in scores)
         verdicts = []
         for old, new in zip(before, after, strict=True):
-            stored = Baseline(scored_cells(old, "0"), {"mine": "mine"}, seeds, DETECT, {})
+            stored = Baseline(scored_cells(old, "0"), {"mine": "mine"}, n_repetitions, DETECT, {})
             verdicts.append(check(stored, scored_cells(new, "1"), {}).verdict == "regression")
         assert verdicts == called_worse(before, after).tolist()
 

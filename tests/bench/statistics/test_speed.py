@@ -8,17 +8,17 @@ from scipy import stats
 
 from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
-    Sample,
-    judge_pace,
+    RatioSample,
+    decide_speed,
     log_ratio,
     missing_sessions,
-    sample_of,
+    ratio_sample,
     sessions_needed,
 )
 
 
 def sample(change, spread=0.01, n=8):
-    return Sample(log1p(change), spread, n)
+    return RatioSample(log1p(change), spread, n)
 
 
 @pytest.mark.parametrize(
@@ -37,20 +37,22 @@ def sample(change, spread=0.01, n=8):
     ],
 )
 def test_log_ratio_compares_two_sides(change, spread, n, state):
-    assert judge_pace(sample(change, spread, n)).state == state
+    assert decide_speed(sample(change, spread, n)).decision == state
 
 
 def test_pace_interval_is_students():
     logs = np.random.default_rng(0).normal(0.05, 0.02, 9)
-    pace = judge_pace(sample_of(logs))
+    speed_change = decide_speed(ratio_sample(logs))
     interval = stats.ttest_1samp(logs, 0.0).confidence_interval(0.95)
-    assert np.log1p([pace.low, pace.high]) == pytest.approx([interval.low, interval.high])
-    assert log1p(pace.change) == pytest.approx(logs.mean())
+    assert np.log1p([speed_change.low, speed_change.high]) == pytest.approx(
+        [interval.low, interval.high]
+    )
+    assert log1p(speed_change.change) == pytest.approx(logs.mean())
 
 
 def test_trackers_share_false_alarms():
     logs = sample(0.04, 0.015, 6)
-    states = [judge_pace(logs, tests).state for tests in (1, 100)]
+    states = [decide_speed(logs, tests).decision for tests in (1, 100)]
     assert states == ["slower", "inconclusive"]
     assert sessions_needed(logs, tests=100) > sessions_needed(logs)
 
@@ -101,10 +103,10 @@ def test_slowdowns_of_5_percent_are_found_and_unchanged_pass(busy, layout):
         logs = []
         while more := missing_sessions(logs):
             logs += [log_ratio(session(generator, ratio, busy, layout)) for _ in range(more)]
-        return sample_of(logs)
+        return ratio_sample(logs)
 
     for ratio in (1.0, 1.05):
-        states = [judge_pace(sampled(ratio)).state for _ in range(rounds)]
+        states = [decide_speed(sampled(ratio)).decision for _ in range(rounds)]
         rates[ratio] = states.count("slower") / rounds
     assert rates[1.05] >= 0.95
     assert rates[1.0] <= 0.01

@@ -47,7 +47,7 @@ def shifted(n, mean, spread=1.0):
 def test_order_verdict_and_reason(values, verdict, reason):
     judged = order(values)
     assert (judged.verdict, judged.reason) == (verdict, reason)
-    assert judged.cells == len(values)
+    assert judged.n_units == len(values)
 
 
 @pytest.mark.parametrize(

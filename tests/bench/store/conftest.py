@@ -5,19 +5,19 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.layout import run_key
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.truth import write_truth
+from trackmark.bench.store.data_frames import load_table
+from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of
 
 
 def of_version(run, source):
     """Return the run with another version of its tracker."""
-    return replace(run, identity=replace(run.identity, tracker_version={"source": source}))
+    return replace(run, identity=replace(run.identity, tracker_code={"source": source}))
 
 
 def full_run(sequence, repetition=2):
@@ -31,7 +31,7 @@ def full_run(sequence, repetition=2):
         confidence=rng.random(n),
         details={"half width": rng.random(n), "ünïcode/": rng.random(n)},
         failure="frame 3: Error: with\nseveral lines",
-        output="\ud800 is no character",
+        tracker_output="\ud800 is no character",
         revised=rng.normal(size=(n, 4)),
         arrays={
             3: {"cloud": rng.random((5, 2)), "mask": np.eye(3, dtype=bool)},
@@ -39,22 +39,24 @@ def full_run(sequence, repetition=2):
         },
         times=Times(*rng.random((4, n)), np.arange(n) == 0, np.array([0.5])),
         states=np.arange(n, dtype=np.int32),
-        source_frames=np.arange(n, dtype=np.int32),
+        estimate_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
-        circumstances={"seconds": 1.5, "frame_seconds": np.nan},
+        metadata={"seconds": 1.5, "frame_seconds": np.nan},
     )
 
 
 def request(results, *runs, title="Trial"):
     """Store the request of these runs."""
-    results.prepare(Manifest(title, {run_key(r.identity): r.identity.version for r in runs}))
+    results.add_requests(
+        RequestedRuns(title, {run_key(r.identity): r.identity.version for r in runs})
+    )
 
 
 @pytest.fixture
 def results(tmp_path):
     """Return results without runs."""
-    results = Results(tmp_path / "trial")
-    results.prepare(Manifest("Trial", {}))
+    results = RunStore(tmp_path / "trial")
+    results.add_requests(RequestedRuns("Trial", {}))
     return results
 
 
@@ -69,9 +71,9 @@ def store():
     """Return a function that evaluates a tracker, stores the run and returns it."""
 
     def stored(results, sequence, tracker="static", repetition=0):
-        run = bench.evaluate_run(tracker, sequence, repetition)
-        write_truth(results.folder, sequence)
-        assert results.write(run)
+        run = evaluate_run(tracker, sequence, repetition)
+        add_truth_of(results.folder, sequence)
+        assert results.add(run)
         return run
 
     return stored
@@ -82,7 +84,7 @@ def several(results, sequence, store):
     """Return results with rows in every table."""
     runs = [store(results, sequence, "static", repetition) for repetition in range(3)]
     runs.append(full_run(sequence))
-    assert results.write(runs[-1])
+    assert results.add(runs[-1])
     request(results, *runs)
-    bench.load_runs(results.folder)  # stores the scores
+    load_table(results.folder)  # stores the scores
     return results

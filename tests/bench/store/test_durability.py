@@ -14,26 +14,25 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from trackmark import bench
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
-from trackmark.bench.store import run_rows
-from trackmark.bench.store.files import ResultsError
+from trackmark.bench.store import run_store as store_module
+from trackmark.bench.store.data_frames import load_table
+from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.maintenance import find_damage, repair_indexes
-from trackmark.bench.store.manifest import Manifest
-from trackmark.bench.store.results import Results
-from trackmark.bench.store.run_rows import list_scored_runs
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, read_truth
 
 WRITER = """
 import sys
 from pathlib import Path
 from tests.bench.store.test_durability import make_run
-from trackmark.bench.store.results import Results
-results, first = Results(Path(sys.argv[1])), int(sys.argv[2])
+from trackmark.bench.store.run_store import RunStore
+results, first = RunStore(Path(sys.argv[1])), int(sys.argv[2])
 for number in range(first, first + 100_000):
-    assert results.write(make_run(number))
+    assert results.add(make_run(number))
     print(number, flush=True)
 """
 
@@ -41,7 +40,7 @@ for number in range(first, first + 100_000):
 def make_run(number):
     """Return a run without tracker and sequence."""
     rng = np.random.default_rng(number)
-    identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "accuracy")
+    identity = Identity("t", "t", "", {}, {"source": "1"}, "s", "f", number, "one-pass")
     boxes = rng.random((50, 4))
     return Run(identity, boxes=boxes, visible=boxes[:, 0] > 0.5, confidence=boxes[:, 1])
 
@@ -52,7 +51,7 @@ def assert_whole(results, numbers):
     stored = {cell[2] for cell in results.list_keys()}
     assert set(numbers) <= stored
     for number in stored:
-        run = results.read(("t", "s", number, "accuracy"))
+        run = results.read(("t", "s", number, "one-pass"))
         np.testing.assert_array_equal(run.boxes, make_run(number).boxes)
     return len(stored)
 
@@ -77,7 +76,7 @@ def killed_round(folder, first, delay):
 
 @pytest.mark.parametrize("rounds", [3, pytest.param(100, marks=pytest.mark.slow)])
 def test_killed_writer_loses_no_acknowledged_run(tmp_path, rounds, evidence):
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     delays = np.random.default_rng(0).random(rounds) * 0.3
     reported = []
     for number, delay in enumerate(delays):
@@ -94,8 +93,8 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
     writer = sqlite3.connect(file, isolation_level=None)
     writer.execute("PRAGMA cache_size = 1")
     writer.execute("BEGIN IMMEDIATE")
-    writer.execute("UPDATE content SET data = randomblob(20000)")
-    writer.execute("UPDATE run SET failure = 'x'")
+    writer.execute("UPDATE run SET arrays = randomblob(20000)")
+    writer.execute("UPDATE truth SET fingerprint = 'x'")
     left = several.folder.parent / "left" / "trial"
     left.mkdir(parents=True)
     for path in (file, journal):
@@ -103,19 +102,25 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
     writer.execute("ROLLBACK")
     writer.close()
     assert (left / "runs.db").read_bytes() != file.read_bytes()
-    assert contents(Results(left)) == before
+    assert contents(RunStore(left)) == before
     assert not (left / journal.name).exists()
+
+
+@pytest.fixture(autouse=True)
+def _repeated_warnings():
+    """Print warnings also if an earlier test has printed them."""
+    store_module._warn.cache_clear()
 
 
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    manifest = results.manifest()
+    manifest = results.requested_runs()
     runs = {cell: results.read(cell) for cell in results.list_keys()}
     stored = [
         manifest.title,
         list(manifest.versions.items()),
-        list_scored_runs(results),
+        scored_rows(results),
     ]
     for cell, run in runs.items():
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
@@ -123,7 +128,7 @@ def contents(results):
         arrays += [] if run.revised is None else [run.revised]
         truth = read_truth(folder, run.identity.sequence, run.identity.fingerprint)
         arrays += [truth.boxes, truth.visibility]
-        stored += [cell, run.identity, run.failure, run.output, run.circumstances]
+        stored += [cell, run.identity, run.failure, run.tracker_output, run.metadata]
         stored += [[array.tobytes() for array in arrays], truth.fps, truth.image_size]
     return repr(stored)
 
@@ -141,15 +146,16 @@ def damage(results, change, places, caplog):
         file.write_bytes(change(whole, place))
         messages = find_damage(results.folder)
         assert all(str(file) in message and "\n" not in message for message in messages)
-        run_rows._warn.cache_clear()
+        store_module._warn.cache_clear()
         caplog.clear()
         try:
             same = contents(results) == expected
         except ResultsError:
             assert messages, "a reader reports damage that the check does not"
             counts["reported"] += 1
-        else:  # a reader may leave out a damaged run with a warning
-            assert same or caplog.messages, f"the damage at {place} is not reported"
+        else:  # a reader may leave out a damaged run, with a warning or as missing
+            missing = "missing" in load_table(results.folder)["status"].tolist()
+            assert same or caplog.messages or missing, f"the damage at {place} is not reported"
             counts["reported" if messages else "no effect"] += 1
     file.write_bytes(whole)
     assert contents(results) == expected
@@ -171,66 +177,58 @@ def test_no_flipped_bit_is_silent(several, number, evidence, caplog):
 
 
 @pytest.mark.parametrize(
-    ("change", "reason"),
+    ("change", "table"),
     [
-        ("UPDATE run SET status = 'finished', failure = ''", "'run' was changed (4, static, line"),
-        ("UPDATE run SET seconds = 2 WHERE seconds", "'run' was changed"),
-        ("UPDATE requested SET version = 'x' WHERE position = 1", "'requested' was changed"),
-        ("UPDATE tracker SET identity = '{}'", "'tracker' was changed"),
-        ("UPDATE truth SET data = zeroblob(9)", "'truth' was changed"),
-        ("UPDATE content SET data = zeroblob(9) WHERE run = 4", "'content' was changed"),
-        ("UPDATE setting SET value = 'x' WHERE name = 'title'", "'setting' was changed"),
-        ("DELETE FROM run WHERE id = 3", "rows of its table 'run' are missing"),
-        ("DELETE FROM requested WHERE position = 1", "rows of its table 'requested' are missing"),
-        ("DELETE FROM content WHERE name = 'revised'", "rows of its table 'content' are missing"),
-        ("DELETE FROM setting WHERE name = 'title'", "the setting 'title' is missing"),
+        ("UPDATE run SET status = 'finished', failure = '' WHERE id = 4", "run"),
+        ("UPDATE run SET seconds = 2 WHERE id = 4", "run"),
+        ("UPDATE run SET failure = CAST(x'ff' AS TEXT) WHERE id = 4", "run"),
+        ("UPDATE run SET identity = '{}' WHERE id = 4", "run"),
+        ("UPDATE run SET arrays = zeroblob(9) WHERE id = 4", "run"),
+        ("UPDATE run SET sha256 = zeroblob(32) WHERE id = 4", "run"),
+        ("DELETE FROM run WHERE id = 4", None),
     ],
 )
-def test_changes_in_any_table_are_reported_by_check_and_readers(several, change, reason):
+def test_changed_or_deleted_run_is_missing_and_named(several, change, table, caplog):
+    last = several.read(several.list_keys()[-1])
     edit(several, change)
-    (message, *_) = find_damage(several.folder)
-    assert reason in message
-    with pytest.raises(ResultsError, match=r"runs\.db is damaged"):
-        contents(several)
+    frame = load_table(several.folder)
+    assert frame["status"].tolist() == ["finished"] * 3 + ["missing"]
+    messages = find_damage(several.folder)
+    if table:
+        (message,) = messages
+        assert "a row of its table 'run' was changed (4, static, line, 2, timing)" in message
+        assert message in caplog.text
+        with pytest.raises(ResultsError, match=r"was changed \(4, static, line"):
+            several.read(several.list_keys()[-1])
+    else:
+        assert messages == []
+    assert several.add(last)
+    assert find_damage(several.folder) == []
+    assert load_table(several.folder)["status"].tolist() == ["finished"] * 3 + ["failed"]
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        "UPDATE run SET frames = 99 WHERE id = 1",
-        "UPDATE run SET sha256 = zeroblob(32) WHERE id = 1",
-        "UPDATE content SET data = zeroblob(9) WHERE run = 1",
-    ],
-)
-def test_damaged_run_costs_only_itself(several, sequence, change, caplog):
-    edit(several, "UPDATE score SET scores = '{}' WHERE run = 1")
-    edit(several, change)
-    run_rows._warn.cache_clear()
-    frame = bench.load_runs(several.folder)
-    assert frame["status"].value_counts().to_dict() == {"finished": 2, "failed": 1, "missing": 1}
-    assert "runs.db is damaged: a row of its table" in caplog.text
-    if "UPDATE run" in change:
-        assert several.write(bench.evaluate_run("static", sequence, 0))
-        assert find_damage(several.folder) == []
-        assert len(bench.load_runs(several.folder)) == 4
-
-
-@pytest.mark.parametrize("table", ["tracker", "truth"])
-def test_damaged_tracker_or_ground_truth_costs_only_its_runs(
-    several, store, make_sequence, table, caplog
-):
+def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence, caplog):
     other = make_sequence(n=12, name="other")
     run = store(several, other)
-    where = {"tracker": f"version = '{run.identity.version}'", "truth": "sequence = 'other'"}
-    edit(several, f"UPDATE {table} SET sha256 = zeroblob(32) WHERE {where[table]}")
-    run_rows._warn.cache_clear()
+    edit(several, "UPDATE truth SET arrays = zeroblob(9) WHERE sequence = 'other'")
     for _ in range(2):
-        assert [row["sequence"] for row in list_scored_runs(several)] == ["line"] * 4
-    assert f"runs.db is damaged: a row of its table '{table}' was changed" in caplog.text
-    write_truth(several.folder, other)  # a repeated run restores the damaged row
-    assert not several.write(run)
+        assert [row["sequence"] for row in scored_rows(several)] == ["line"] * 4
+    assert "runs.db is damaged: a row of its table 'truth' was changed (other" in caplog.text
+    add_truth_of(several.folder, other)  # a repeated run restores the damaged row
+    assert not several.add(run)
     assert find_damage(several.folder) == []
-    assert len(list_scored_runs(several)) == 5
+    assert len(scored_rows(several)) == 5
+
+
+def test_damaged_requests_are_named_and_restored_by_repetition(several, caplog):
+    requests = several.requested_runs()
+    edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
+    assert len(load_table(several.folder)) == 4
+    (message,) = find_damage(several.folder)
+    assert message in caplog.text
+    several.add_requests(requests)
+    assert find_damage(several.folder) == []
+    assert several.requested_runs() == requests
 
 
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
@@ -249,18 +247,9 @@ def edit(results, change):
     database.close()
 
 
-@pytest.mark.parametrize(
-    "change",
-    [
-        "UPDATE run SET failure = 'x'",
-        "UPDATE tracker SET identity = '{}'",
-        "UPDATE truth SET data = zeroblob(9)",
-        "DELETE FROM content",
-        "DELETE FROM run WHERE id = 1",
-    ],
-)
-def test_damaged_runs_can_be_removed(several, change):
-    edit(several, change)
+def test_damaged_runs_can_be_removed(several):
+    edit(several, "UPDATE run SET failure = 'x'")
+    edit(several, "UPDATE truth SET arrays = zeroblob(9)")
     assert find_damage(several.folder)
     several.remove(several.list_keys())
     assert find_damage(several.folder) == []
@@ -276,14 +265,14 @@ def test_truncated_file_is_reported(several, caplog):
 
 def write_error(results, number):
     try:
-        results.write(make_run(number))
+        results.add(make_run(number))
     except ResultsError as error:
         return str(error)
     return ""
 
 
 def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
-    results = Results(tmp_path / "trial")
+    results = RunStore(tmp_path / "trial")
     limited = module._open
 
     def limit(path, *, write):
@@ -291,7 +280,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         connection.execute("PRAGMA max_page_count = 60")
         return connection
 
-    results.prepare(Manifest("", {}))
+    results.add_requests(RequestedRuns("", {}))
     with monkeypatch.context() as patch:
         patch.setattr(module, "_open", limit)
         stored = 0
@@ -300,17 +289,17 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     assert "runs.db cannot be read or written: database or disk is full. Free disk space" in refused
     assert stored > 5
     assert assert_whole(results, range(stored)) == stored
-    results.write(make_run(stored))
+    results.add(make_run(stored))
     assert assert_whole(results, range(stored + 1)) == stored + 1
 
 
 def write_some(folder, first):
-    results = Results(folder)
+    results = RunStore(folder)
     for number in range(first, first + 8):
-        results.prepare(
-            Manifest("", {("t", "s", number, "accuracy"): make_run(number).identity.version})
+        results.add_requests(
+            RequestedRuns("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
         )
-        assert results.write(make_run(number))
+        assert results.add(make_run(number))
     return first
 
 
@@ -320,11 +309,11 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         work = [executor.submit(write_some, folder, first) for first in (0, 100)]
         while not all(future.done() for future in work):
             if folder.exists():
-                Results(folder).list_keys()  # reads while the others write
+                RunStore(folder).list_keys()  # reads while the others write
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(8), *range(100, 108)]
-    assert assert_whole(Results(folder), numbers) == 16
-    assert {cell[2] for cell in Results(folder).manifest().versions} == set(numbers)
+    assert assert_whole(RunStore(folder), numbers) == 16
+    assert {cell[2] for cell in RunStore(folder).requested_runs().versions} == set(numbers)
 
 
 def test_permanent_lock_is_reported(several, monkeypatch):
@@ -333,7 +322,7 @@ def test_permanent_lock_is_reported(several, monkeypatch):
     other.execute("BEGIN IMMEDIATE")
     assert len(several.list_keys()) == 4, "readers go on"
     with pytest.raises(ResultsError, match=r"runs\.db: another process has locked this file"):
-        several.write(make_run(0))
+        several.add(make_run(0))
     other.close()
 
 
@@ -346,16 +335,13 @@ def test_read_only_folder_is_read(several, monkeypatch):
         connection.execute("PRAGMA query_only = ON")
         return connection
 
-    edit(several, "UPDATE score SET scorer = 'old'")
     edit(several, "DELETE FROM score")
     database = several.folder / "runs.db"
-    with module.open_database(several.folder, write=True) as opened:
-        opened.recount()
     before = database.read_bytes()
     monkeypatch.setattr(module, "_open", read_only)
-    assert len(bench.load_runs(several.folder)) == 4
+    assert len(load_table(several.folder)) == 4
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
-        several.write(make_run(0))
+        several.add(make_run(0))
     assert database.read_bytes() == before
 
 
@@ -392,7 +378,7 @@ def test_file_of_zero_bytes_is_damaged(several):
     (several.folder / "runs.db").write_bytes(b"")
     assert "it has 0 bytes" in find_damage(several.folder)[0]
     with pytest.raises(ResultsError, match="it has 0 bytes"):
-        bench.load_runs(several.folder)
+        load_table(several.folder)
 
 
 def drop_last_entry_of_index(folder):
@@ -415,4 +401,4 @@ def test_damaged_index_is_rebuilt(several):
     repair_indexes(several.folder)
     assert find_damage(several.folder) == []
     assert several.list_keys() == keys
-    assert len(bench.load_runs(several.folder)) == len(keys)
+    assert len(load_table(several.folder)) == len(keys)

@@ -11,23 +11,22 @@ from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
-from trackmark import bench
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.store import run_rows
-from trackmark.bench.store.files import ResultsError
-from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.data_frames import load_table
+from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
-from trackmark.bench.store.manifest import Manifest
 from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.results import Results, RunCache, run_cache
-from trackmark.bench.store.run_rows import add_scores, list_runs, list_scored_runs, run_row
-from trackmark.bench.store.truth import read_truth, write_truth
+from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.truth import add_truth_of, read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 CELL = st.tuples(
     st.sampled_from(["a", "b:c=1"]),
     st.sampled_from(["s", "t/u", "_v"]),
     st.integers(0, 4),
-    st.sampled_from(["accuracy", "timing"]),
+    st.sampled_from(["one-pass", "timing"]),
 )
 CELLS = st.lists(CELL, unique=True, max_size=12)
 
@@ -55,14 +54,14 @@ def assert_same(a, b):
 @pytest.mark.parametrize("change", [{}, {"times": None, "revised": None, "arrays": {}}])
 def test_run_is_read_unchanged(results, sequence, change):
     run = replace(full_run(sequence), **change)
-    assert results.write(run)
+    assert results.add(run)
     back = results.read(run_key(run.identity))
     for field in fields(run):
-        if field.name not in ("circumstances", "output"):
+        if field.name not in ("metadata", "tracker_output"):
             assert_same(getattr(run, field.name), getattr(back, field.name))
-    assert back.circumstances["seconds"] == 1.5
-    assert {"date", "host", "libraries"} <= back.circumstances.keys()
-    assert back.output == "\\ud800 is no character"
+    assert back.metadata["seconds"] == 1.5
+    assert {"date", "host", "libraries"} <= back.metadata.keys()
+    assert back.tracker_output == "\\ud800 is no character"
     assert not back.boxes.flags.writeable
 
 
@@ -88,7 +87,7 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
         fps=12.5,
         shapes=Shapes({0: polygon, 1: mask}, range(n), (32, 24)),
     )
-    write_truth(results.folder, sequence)
+    add_truth_of(results.folder, sequence)
     back = read_truth(results.folder, sequence.name, sequence.fingerprint)
     assert_same(dict(back.regions), dict(sequence.regions))
     assert_same(dict(back.attributes), dict(sequence.attributes))
@@ -102,70 +101,74 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
 
 @given(CELLS, CELLS, CELLS)
 def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, second, gone):
-    results = Results(tmp_path_factory.mktemp("asked"))
-    results.prepare(Manifest("First", dict.fromkeys(first, "1")))
-    results.prepare(Manifest("", dict.fromkeys(second, "2")))
+    results = RunStore(tmp_path_factory.mktemp("asked"))
+    results.add_requests(RequestedRuns("First", dict.fromkeys(first, "1")))
+    results.add_requests(RequestedRuns("", dict.fromkeys(second, "2")))
     series = {(t, s, p) for t, s, _, p in second}
     expected = {
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    manifest = results.manifest()
+    manifest = results.requested_runs()
     assert (manifest.title, list(manifest.versions.items())) == ("First", list(expected.items()))
     results.remove(gone)
-    assert list(results.manifest().versions) == [cell for cell in expected if cell not in gone]
+    assert list(results.requested_runs().versions) == [
+        cell for cell in expected if cell not in gone
+    ]
     assert find_damage(results.folder) == []
 
 
 def test_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
-    several.prepare(several.manifest())
+    several.add_requests(several.requested_runs())
     assert (several.folder / "runs.db").read_bytes() == before
 
 
 def test_too_many_requests_are_refused(results, monkeypatch):
-    monkeypatch.setattr("trackmark.bench.store.results.MAX_RUNS", 3)
-    cells = {("a", "s", i, "accuracy"): "1" for i in range(4)}
+    monkeypatch.setattr("trackmark.bench.store.run_store.MAX_RUNS", 3)
+    cells = {("a", "s", i, "one-pass"): "1" for i in range(4)}
     with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
-        results.prepare(Manifest("", cells))
+        results.add_requests(RequestedRuns("", cells))
 
 
 def test_late_run_never_replaces_a_finished_run(results, sequence):
     run = replace(full_run(sequence), failure="")
     a, b, c = (of_version(run, source) for source in "ABC")
     cell = run_key(run.identity)
-    assert results.write(a)
-    assert not results.write(a), "planned when nothing was stored, and late"
-    assert not results.write(b)
-    assert not results.write(a, replaces=a.identity.version), "finished runs are never repeated"
+    assert results.add(a)
+    assert not results.add(a), "planned when nothing was stored, and late"
+    assert not results.add(b)
+    assert not results.add(a, replaced_version=a.identity.version), (
+        "finished runs are never repeated"
+    )
     assert results.read(cell).identity == a.identity
-    assert results.write(b, replaces=a.identity.version)
-    assert not results.write(c, replaces=a.identity.version), "the run to replace is gone"
+    assert results.add(b, replaced_version=a.identity.version)
+    assert not results.add(c, replaced_version=a.identity.version), "the run to replace is gone"
     assert results.read(cell).identity == b.identity
 
 
 def test_failed_run_is_replaced_by_planned_or_finished_run(results, sequence):
     failed = full_run(sequence)
-    assert results.write(failed)
-    assert not results.write(failed)
-    assert results.write(failed, replaces=failed.identity.version)
-    assert results.write(replace(failed, failure=""))
+    assert results.add(failed)
+    assert not results.add(failed)
+    assert results.add(failed, replaced_version=failed.identity.version)
+    assert results.add(replace(failed, failure=""))
     assert results.read(run_key(failed.identity)).status == "finished"
-    assert not results.write(failed, replaces=failed.identity.version)
+    assert not results.add(failed, replaced_version=failed.identity.version)
 
 
 def test_write_all_is_atomic(results, sequence):
-    run = bench.evaluate_run("static", sequence)
-    broken = replace(bench.evaluate_run("static", sequence, 1), circumstances={"host": object()})
+    run = evaluate_run("static", sequence)
+    broken = replace(evaluate_run("static", sequence, 1), metadata={"host": object()})
     with pytest.raises(TypeError):
-        results.write_all([(run, ""), (broken, "")])
+        results.add_all([(run, ""), (broken, "")])
     assert results.list_keys() == []
 
 
 def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, store):
     keys = [("static", 10), ("static", 2), ("camshift", 0), ("static", 0)]
     runs = {key: store(results, sequence, *key) for key in keys}
-    rows = list_scored_runs(results)
+    rows = scored_rows(results)
     assert [(row["tracker"], row["repetition"]) for row in rows] == sorted(keys)
     for row in rows:
         run = runs[row["tracker"], row["repetition"]]
@@ -179,70 +182,59 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
 
 def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, monkeypatch):
     run = store(results, sequence)
-    rows = list_scored_runs(results)
+    rows = scored_rows(results)
     with monkeypatch.context() as patch:
-        patch.setattr(Results, "read", lambda *a: pytest.fail("a run was opened"))
-        assert repr(list_scored_runs(results)) == repr(rows)
+        patch.setattr(RunStore, "read", lambda *a: pytest.fail("a run was opened"))
+        assert repr(scored_rows(results)) == repr(rows)
     monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
     monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
-    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
+    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
     newer = of_version(run, "newer")
-    assert results.write(newer, run.identity.version)
-    add_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
-    assert [row["scores"] for row in list_scored_runs(results)] == [{"new": 1.0}]
+    assert results.add(newer, run.identity.version)
+    store_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
+    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
 
 
 def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     run, other = store(results, sequence), store(results, sequence, "camshift")
     later = of_version(other, "later")
-    gone = bench.evaluate_run("static", sequence, 1)
+    gone = evaluate_run("static", sequence, 1)
     request(results, later, gone, run)
-    frame = bench.load_runs(results.folder)
+    frame = load_table(results.folder)
     assert frame["tracker"].tolist() == ["camshift", "static", "static"]
     assert frame["status"].tolist() == ["stale", "finished", "missing"]
     assert frame["experiment"].unique().tolist() == ["trial"]
-    assert bench.load_runs(results.folder.parent).equals(frame)
+    assert load_table(results.folder.parent).equals(frame)
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == object, column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
-    chosen = bench.load_runs(results.folder, [run_key(run.identity)])
+    chosen = load_table(results.folder, [run_key(run.identity)])
     assert chosen["repetition"].tolist() == [0]
 
 
 def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     several.remove([cell for cell in several.list_keys() if cell[2] != 1])
-    assert bench.load_runs(several.folder)["repetition"].tolist() == [1]
+    assert load_table(several.folder)["repetition"].tolist() == [1]
     assert find_damage(several.folder) == []
     several.remove(several.list_keys())
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
-    assert len(bench.load_runs(several.folder)) == 0
-
-
-def test_run_cache_reads_each_run_once(several, monkeypatch):
-    token = run_cache.set(RunCache())
-    try:
-        cell = several.list_keys()[0]
-        assert several.read(cell) is several.read(cell)
-        monkeypatch.setattr(run_cache.get(), "free", 0)
-        assert several.read(several.list_keys()[1]) is not several.read(several.list_keys()[1])
-    finally:
-        run_cache.reset(token)
+    assert len(load_table(several.folder)) == 0
 
 
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
-    other = Results(tmp_path / "other")
+    other = RunStore(tmp_path / "other")
     run = store(other, sequence, "camshift")
     request(other, run, title="")
     target = tmp_path / "deep" / "target"
     assert merge_results([several.folder, other.folder], target) == (5, [])
     assert merge_results([other.folder], target) == (0, [])
-    assert Results(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
-    assert Results(target).manifest().title == "Trial"
+    assert RunStore(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
+    assert RunStore(target).requested_runs().title == "Trial"
     assert find_damage(target) == []
-    newer = Results(tmp_path / "newer")
-    write_truth(newer.folder, sequence)
-    newer.write(of_version(run, "newer"))
+    newer = RunStore(tmp_path / "newer")
+    add_truth_of(newer.folder, sequence)
+    newer.add(of_version(run, "newer"))
     copied, (conflict,) = merge_results([newer.folder], target)
     assert copied == 0
     assert "camshift on line, repetition 0, differs between" in conflict
@@ -252,7 +244,7 @@ def test_further_tables_of_earlier_versions_are_ignored(several):
     with sqlite3.connect(several.folder / "runs.db") as database:
         database.execute("CREATE TABLE log (id INTEGER PRIMARY KEY, content TEXT) STRICT")
     database.close()
-    assert len(bench.load_runs(several.folder)) == 4
+    assert len(load_table(several.folder)) == 4
     assert find_damage(several.folder) == []
 
 
@@ -266,13 +258,13 @@ def test_columns_are_readable_without_trackmark(several):
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="this folder contains no results"):
-        bench.load_runs(tmp_path / "nothing")
+        load_table(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
-        several.read(("static", "line", 9, "accuracy"))
+        several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
-        Results(tmp_path / "file" / "trial").prepare(Manifest("", {}))
-    assert list_runs(Results(tmp_path / "new")) == []
+        RunStore(tmp_path / "file" / "trial").add_requests(RequestedRuns("", {}))
+    assert list_runs(RunStore(tmp_path / "new")) == []
     assert not (tmp_path / "new").exists()
 
 
@@ -280,7 +272,7 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     ("change", "message"),
     [
         ("PRAGMA application_id = 5", "not a file of trackmark: its application id is 0x5"),
-        ("PRAGMA user_version = 5", "schema version 5; this version of trackmark reads 4"),
+        ("PRAGMA user_version = 4", "schema version 4; this version of trackmark reads 5"),
         ("DROP TABLE score", "is damaged: its tables do not have the expected columns"),
     ],
 )
@@ -290,7 +282,7 @@ def test_other_files_are_refused(several, change, message):
     database.commit()
     database.close()
     with pytest.raises(ResultsError, match=message) as error:
-        bench.load_runs(several.folder)
+        load_table(several.folder)
     assert str(several.folder / "runs.db") in str(error.value)
 
 
@@ -298,12 +290,12 @@ def test_timing_run_is_replaced_by_a_less_disturbed_one(results, sequence):
     def timed(share, protocol="timing"):
         run = replace(full_run(sequence), failure="")
         identity = replace(run.identity, protocol=protocol)
-        return replace(run, identity=identity, circumstances={"run_delay_share": share})
+        return replace(run, identity=identity, metadata={"run_delay_share": share})
 
-    assert results.write(timed(0.4))
-    assert not results.write(timed(0.5))
-    assert results.write(timed(0.2))
+    assert results.add(timed(0.4))
+    assert not results.add(timed(0.5))
+    assert results.add(timed(0.2))
     (key,) = results.list_keys()
-    assert results.read(key).circumstances["run_delay_share"] == 0.2
-    assert results.write(timed(0.4, "accuracy"))
-    assert not results.write(timed(0.2, "accuracy"))
+    assert results.read(key).metadata["run_delay_share"] == 0.2
+    assert results.add(timed(0.4, "one-pass"))
+    assert not results.add(timed(0.2, "one-pass"))

@@ -9,14 +9,14 @@ from pathlib import Path
 import pytest
 
 import trackmark
-from trackmark import bench
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.run_rows import scorer_digest
 
 PACKAGE = Path(trackmark.__file__).parent
 PRINT_OVERLAP = """
 import sys
-from trackmark.bench.store.data_frames import load_runs
-print(load_runs(sys.argv[1])["mean_overlap"][0])
+from trackmark.bench.store.data_frames import load_table
+print(load_table(sys.argv[1])["mean_overlap"][0])
 """
 
 
@@ -49,9 +49,9 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
         )
         return float(done.stdout)
 
-    expected = bench.load_runs(several.folder)["mean_overlap"][0]
+    expected = load_table(several.folder)["mean_overlap"][0]
     assert overlap() == expected
-    native = copy / "bench/metrics/presets/native.py"
+    native = copy / "bench/metrics/sets/native.py"
     replace_once(native, '"mean_overlap": _mean(overlaps)', '"mean_overlap": _mean(overlaps) / 2')
     assert overlap() == expected / 2
 
@@ -59,8 +59,8 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
 @pytest.mark.parametrize(
     ("file", "is_used"),
     [
-        ("metrics/presets/native.py", True),
-        ("metrics/preset.py", True),
+        ("metrics/sets/native.py", True),
+        ("metrics/interface.py", True),
         ("metrics/overlap.py", True),
         ("metrics/centre_error.py", True),
         ("evaluation/ground_truth.py", True),

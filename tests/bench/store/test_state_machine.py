@@ -21,16 +21,18 @@ from hypothesis.stateful import (
     run_state_machine_as_test,
 )
 
-from trackmark import bench
 from trackmark.bench.analysis.run_tables import tables
-from trackmark.bench.engine.worker import perform
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.executor import Execution
+from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
+from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.database import Database
-from trackmark.bench.store.layout import run_key
+from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
-from trackmark.bench.store.results import Results
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
 from trackmark.reports.tables import MISSING
 
@@ -75,32 +77,31 @@ def killed(first_killed_call):
     numbers = count()
 
     def deadly(call):
-        def called(*arguments):
+        def called(*arguments, **options):
             if next(numbers) >= first_killed_call:
                 raise KilledError
-            return call(*arguments)
+            return call(*arguments, **options)
 
         return called
 
     with pytest.MonkeyPatch.context() as patch:
-        for name in ("select", "set", "insert", "delete", "store_totals"):
+        for name in ("select", "rows", "insert", "delete"):
             patch.setattr(Database, name, deadly(getattr(Database, name)))
         yield
 
 
-class InProcessEngine:
-    """Engine without processes."""
+class InProcessExecutor:
+    """Executor without processes."""
 
-    workers = 1
+    n_workers = 1
 
-    def perform(self, units, limits, progress):
-        for unit in units:
-            runs = perform(unit, limits.run_seconds)
-            yield unit, dict(zip(unit.entries, runs, strict=True))
+    def run_tasks(self, tasks, limits, progress):
+        for task in tasks:
+            yield task, run_task(task, limits)
 
 
 def content_digest(run):
-    """Return a digest of a run without its times and circumstances."""
+    """Return a digest of a run without its times and metadata."""
     revised = None if run.revised is None else run.revised.tobytes()
     whole = (run.identity, run.failure.partition("\n")[0], run.boxes.tobytes(), revised)
     return hashlib.sha256(repr(whole).encode()).hexdigest()
@@ -122,7 +123,7 @@ class Experimenter(RuleBasedStateMachine):
         self.data_folder, self.steps = data_folder, steps
         self.output = data_folder / "results"
         shutil.rmtree(self.output, ignore_errors=True)
-        self.results = Results(self.output / "trial")
+        self.results = RunStore(self.output / "trial")
         self.runs, self.requested = {}, {}
 
     @initialize(editions=st.tuples(st.integers(0, 1), st.integers(0, 1)), whole=st.booleans())
@@ -139,7 +140,7 @@ class Experimenter(RuleBasedStateMachine):
         sequences=st.sets(st.sampled_from(SEQUENCES), min_size=1),
         repetitions=st.integers(1, 2),
         retry_failed=st.booleans(),
-        killed_at=st.none() | st.integers(0, 60),
+        killed_at=st.none() | st.integers(0, 30),
     )
     def run(self, trackers, sequences, repetitions, retry_failed, killed_at):
         chosen = Experiment(
@@ -150,10 +151,10 @@ class Experimenter(RuleBasedStateMachine):
         )
         goal, requested = self._goal(chosen, retry_failed)
         execution = Execution(chosen, self.output, retry_failed=retry_failed)
-        execution.performer = InProcessEngine()
+        execution.executor = InProcessExecutor()
         self._do(lambda: list(execution.rows()), killed_at, goal, requested)
 
-    @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 20))
+    @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 8))
     def remove(self, tracker, killed_at):
         label = parse_tracker(self._text(tracker)).label
         cells = [cell for cell in self.results.list_keys() if cell[0] == label]
@@ -171,7 +172,7 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def stored_runs_are_the_expected_ones(self):
         assert self._stored_runs() == self.runs
-        assert dict(self.results.manifest().versions) == self.requested
+        assert dict(self.results.requested_runs().versions) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
@@ -182,18 +183,22 @@ class Experimenter(RuleBasedStateMachine):
     def each_run_has_the_expected_status(self):
         if not self.requested:
             return
-        table = bench.load_runs(self.results.folder)
-        columns = ("tracker", "sequence", "repetition", "protocol")
-        cells = zip(*(table[column] for column in columns), strict=True)
-        statuses = dict(zip(cells, table["status"], strict=True))
+        table = load_table(self.results.folder)
+        columns = ["tracker", "sequence", "repetition", "protocol"]
+        rows = {tuple(row[column] for column in columns): row for _, row in table.iterrows()}
+        stored_rows = table[table["status"] != "missing"].sort_values("date")
+        newest = stored_rows.groupby("tracker")["tracker_version"].last()
         for cell, version in self.requested.items():
             if cell not in self.runs:
                 expected = "missing"
-            elif self.runs[cell][0] != version:
+            elif (
+                self.runs[cell][0] != version
+                or rows[cell]["tracker_version"] != newest[cell[0]]  # of an earlier edition
+            ):
                 expected = "stale"
             else:
                 expected = self.runs[cell][1]
-            assert statuses[cell] == expected
+            assert rows[cell]["status"] == expected
             self.steps[expected] += 1
 
     def teardown(self):
@@ -216,7 +221,7 @@ class Experimenter(RuleBasedStateMachine):
 
     def _oracle(self, tracker, sequence, repetition):
         """Return version, status and digest of an undisturbed run."""
-        run = bench.evaluate_run(self._text(tracker), str(self.data_folder / sequence), repetition)
+        run = evaluate_run(self._text(tracker), str(self.data_folder / sequence), repetition)
         return run.identity.version, run.status, content_digest(run)
 
     def _goal(self, chosen, retry_failed):
@@ -228,10 +233,10 @@ class Experimenter(RuleBasedStateMachine):
                 entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
                     key = run_identity(entry, sequence, repetition)
-                    requested[key.tracker, key.sequence, repetition, "accuracy"] = key.version
+                    requested[key.tracker, key.sequence, repetition, "one-pass"] = key.version
                     version, status, _ = self.runs.get(run_key(key), ("", "", ""))
                     if version != key.version or (retry_failed and status == "failed"):
-                        run = bench.evaluate_run(text, sequence, repetition)
+                        run = evaluate_run(text, sequence, repetition)
                         goal[run_key(key)] = run.identity.version, run.status, content_digest(run)
                 for cell in requested:  # one version counts for all repetitions
                     if cell[:2] == (key.tracker, key.sequence):
@@ -250,7 +255,7 @@ class Experimenter(RuleBasedStateMachine):
                 stored_runs = self._stored_runs()
                 for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
                     assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(self.results.manifest().versions)
+                noted = dict(self.results.requested_runs().versions)
                 assert noted in (self.requested, requested)
                 self.runs, self.requested = stored_runs, noted
                 return
@@ -261,7 +266,7 @@ class Experimenter(RuleBasedStateMachine):
     def _check_that_only_complete_runs_are_averaged(self):
         if not self.requested:
             return
-        bench_tables = tables(self.results.folder)
+        bench_tables = tables(Runs.open(self.results.folder))
         incomplete = {
             cell[0]
             for cell, version in self.requested.items()

@@ -123,8 +123,8 @@ class TestVot:
             "occlusion": [False, True, True],
         }
         sequence = load(layouts.vot_current)
-        assert sequence.values["anchor"].tolist() == [1, 0, -1]
-        assert sequence[1:].values["anchor"].tolist() == [0, -1]
+        assert sequence.frame_values["anchor"].tolist() == [1, 0, -1]
+        assert sequence[1:].frame_values["anchor"].tolist() == [0, -1]
         assert sequence.fps == 25
 
     def test_shapes_are_polygons_and_masks(self, load):

@@ -51,7 +51,7 @@ def test_given_ground_truth_replaces_recorded_one(recording, tmp_path):
     (tmp_path / "mine.csv").write_text("frame,x,y,width,height\n0,9,8,7,6\n1,9,8,7,6\n")
     sequence = datasets.load(path, tmp_path / "mine.csv")
     assert sequence.boxes.tolist() == [[9, 8, 7, 6]] * 2
-    assert sequence.images_beyond_truth >= 1
+    assert sequence.n_unread_images >= 1
     assert sequence.mask(0) is None
 
 
@@ -188,7 +188,7 @@ SEQUENCES = {
 def test_recorded_sequence_opens_as_published(recorded, path):
     frames, beyond, shape, box = SEQUENCES[path]
     sequence = datasets.load(recorded / path)
-    assert (len(sequence), sequence.images_beyond_truth) == (frames, beyond)
+    assert (len(sequence), sequence.n_unread_images) == (frames, beyond)
     for image in (sequence[0], sequence[-1]):
         assert shape is None or image.shape == (*shape, 3)
     if box is not None:

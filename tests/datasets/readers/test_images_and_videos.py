@@ -45,7 +45,7 @@ def test_truth_csv_of_the_folder_is_read(folder):
     (folder / "truth.csv").write_text(f"{HEADER},visibility\n0,1,2,3,4,0.25\n2,5,6,7,8,\n")
     sequence = datasets.load(folder)
     assert sequence.present.tolist() == [True, False, True]
-    assert sequence.images_beyond_truth == 1
+    assert sequence.n_unread_images == 1
     assert sequence.visibility[0] == 0.25
     assert np.isnan(sequence.visibility[1:]).all()
     (folder / "truth.csv").write_text(TRUTH + "9,5,6,7,8\n")
@@ -173,7 +173,7 @@ def test_video_without_ground_truth_opens(clip):
 def test_ground_truth_of_the_same_name_is_read(clip):
     clip.with_suffix(".csv").write_text(f"{HEADER}\n0,1,2,30,40\n7,5,6,30,40\n")
     sequence = datasets.load(clip)
-    assert (len(sequence), sequence.images_beyond_truth) == (8, 32)
+    assert (len(sequence), sequence.n_unread_images) == (8, 32)
     assert np.flatnonzero(sequence.present).tolist() == [0, 7]
     sequence.check_runnable()
     clip.with_suffix(".csv").write_text(f"{HEADER}\n3,96,2,30,40\n")

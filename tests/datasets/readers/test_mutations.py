@@ -92,7 +92,7 @@ def read_all(path, expected_boxes):
     boxes = sequence.boxes[sequence.present]
     assert np.isfinite(boxes).all()
     assert (np.abs(boxes) <= MAX_COORDINATE).all()
-    expected = expected_boxes(len(sequence) + sequence.images_beyond_truth)
+    expected = expected_boxes(len(sequence) + sequence.n_unread_images)
     np.testing.assert_allclose(sequence.boxes, np.reshape(expected, (-1, 4)), rtol=1e-12, atol=1e-9)
     if sequence.present.any():
         sequence.check_runnable()
@@ -222,7 +222,7 @@ def check_frames(path, expected_boxes, first_number):
         with pytest.raises(SequenceError):
             sequence.check_runnable()
         return "without ground truth"
-    expected = expected_boxes(len(sequence) + sequence.images_beyond_truth)
+    expected = expected_boxes(len(sequence) + sequence.n_unread_images)
     for frame, box in enumerate(sequence.boxes):
         row = frame
         if first_number is not None:

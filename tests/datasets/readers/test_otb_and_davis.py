@@ -106,7 +106,7 @@ class TestPublishedParts:
         folder = write_numbered(name.capitalize(), last + 5, n_rows)
         sequence = datasets.load(folder)
         assert (len(sequence), sequence.frame_name(0)) == (n_rows, f"{first:04}.jpg")
-        assert sequence.images_beyond_truth == 5
+        assert sequence.n_unread_images == 5
         before = sequence.fingerprint
         last_image = folder / "img" / f"{last + 5:04}.jpg"
         last_image.unlink()

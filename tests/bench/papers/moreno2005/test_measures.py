@@ -5,17 +5,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.bench.papers import judged_runs
-from tests.bench.papers.judged_runs import value
+from tests.bench.papers import measured_runs
 from trackmark import datasets
 from trackmark.bench.papers.moreno2005.measures import JUMP, PATCH
 from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
+
+value = measured_runs.values_of("moreno2005")
 
 N = 40
 SCENE = "plain/target:length=11"
 
 
-def judged(dips=(), jump=(), patch=(), failure=""):
+def measured(dips=(), jump=(), patch=(), failure=""):
     """Return a run with J of 0.9, and 0.4 in some frames."""
     values = np.full(N, 0.9)
     values[0] = np.nan
@@ -25,27 +26,27 @@ def judged(dips=(), jump=(), patch=(), failure=""):
     }
     run = {"segmentation": SimpleNamespace(region_similarity=values), "failure": failure}
     boxes = np.ones((N, 4))
-    return judged_runs.judged("moreno2005", boxes, boxes, run=run, attributes=attributes)
+    return measured_runs.measured("moreno2005", boxes, boxes, run=run, attributes=attributes)
 
 
 def test_kept_depends_on_the_similarity():
-    assert value("kept", judged()) == 1
-    assert value("kept", judged(range(5, 9))) == 1
-    assert value("kept", judged(range(5, 10))) == 0
-    assert value("not_kept", judged([N - 1])) == 1
-    assert value("mean_similarity", judged(range(1, N))) == pytest.approx(0.4)
-    assert value("kept", judged(failure="frame 1: no")) == 0
+    assert value("kept", measured()) == 1
+    assert value("kept", measured(range(5, 9))) == 1
+    assert value("kept", measured(range(5, 10))) == 0
+    assert value("not_kept", measured([N - 1])) == 1
+    assert value("mean_similarity", measured(range(1, N))) == pytest.approx(0.4)
+    assert value("kept", measured(failure="frame 1: no")) == 0
 
 
 def test_only_frames_at_a_patch_count():
-    assert value("tracked_at_patch", judged(range(5, 9), patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", judged([10], patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", judged([10, 12], patch=range(10, 20))) == 0
+    assert value("tracked_at_patch", measured(range(5, 9), patch=range(10, 20))) == 1
+    assert value("tracked_at_patch", measured([10], patch=range(10, 20))) == 1
+    assert value("tracked_at_patch", measured([10, 12], patch=range(10, 20))) == 0
 
 
 @pytest.mark.parametrize(("dips", "lost"), [([10], 1), ([9, 11], 0), (range(3, 30), 1)])
 def test_tenth_frame_from_the_jump_decides(dips, lost):
-    assert value("lost_after_jump", judged(dips, jump=[1])) == lost
+    assert value("lost_after_jump", measured(dips, jump=[1])) == lost
 
 
 @pytest.fixture(scope="module")

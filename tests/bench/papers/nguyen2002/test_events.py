@@ -7,7 +7,8 @@ import pytest
 
 from tests.bench.papers.nguyen2002.runs import build_run
 from tests.trackers.references.nguyen2002 import track_offline
-from trackmark import bench, datasets
+from trackmark import datasets
+from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.papers.nguyen2002.events import Declared, Hidden, declared_in, hidden_in
 
 
@@ -72,7 +73,7 @@ def test_events_are_frames_of_the_sequence_of_a_late_target():
     boxes = sequence.boxes.copy()
     boxes[:5] = np.nan
     sequence.boxes = boxes
-    run = bench.evaluate_run("nguyen2002:features=rgb:longest_occlusion=11", sequence)
+    run = evaluate_run("nguyen2002:features=rgb:longest_occlusion=11", sequence)
     first = np.flatnonzero(run.details["occluded"] == 1)[0]
     event = declared_in(run)[0]
     assert event.beginning == first
@@ -103,7 +104,7 @@ FIRST = "features=rgb:end=first:gamma=0.08"
 def test_events_of_stored_runs_equal_those_of_plain_numpy(text, length, together):
     """`together`: largest number of occlusions that share the frame of the return."""
     sequence = datasets.load(PLAIN)[:length]
-    run = bench.evaluate_run(f"nguyen2002:{text}", sequence)
+    run = evaluate_run(f"nguyen2002:{text}", sequence)
     settings = run.identity.parameters
     _, expected, _ = track_offline(list(sequence), sequence.boxes[0], **settings)
     events = declared_in(run)

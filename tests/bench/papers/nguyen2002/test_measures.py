@@ -5,15 +5,15 @@ from types import SimpleNamespace
 import pytest
 
 from tests.bench.papers.nguyen2002.runs import build_run, build_truth
-from trackmark.bench.papers.description import read_description
-from trackmark.bench.papers.measures import JudgedRun, find_measure
+from trackmark.bench.papers.measures import MeasuredRun, find_measure
 from trackmark.bench.papers.nguyen2002.figures import chosen_frames
+from trackmark.bench.papers.paper import read_paper
 
-PAPER = read_description("nguyen2002")
+RULES = read_paper("nguyen2002").frame_rules
 
 
 def value(text, run, truth):
-    return find_measure(text, "nguyen2002")(JudgedRun(run, truth, PAPER, "nguyen2002"))
+    return find_measure(text, "nguyen2002")(MeasuredRun(run, truth, RULES))
 
 
 def test_kept_counts_clear_frames_and_the_last_five():
@@ -29,7 +29,9 @@ def test_kept_counts_clear_frames_and_the_last_five():
         ((114,), 1.0),
         ((0,), 1.0),  # the frame of the init box does not count
     ):
-        assert value("kept", build_run(off_target=lost_frames), truth) == expected, lost_frames
+        assert value("kept_in_clip", build_run(off_target=lost_frames), truth) == expected, (
+            lost_frames
+        )
 
 
 def test_occlusion_is_detected_if_declared_and_the_target_found():
@@ -46,14 +48,14 @@ def test_occlusion_is_detected_if_declared_and_the_target_found():
         (build_run((30, 35, 65), (40, 59, 75)), 1, 1),
     ):
         assert value("detected", run, truth) == revised
-        assert value("detected:trace=online", run, truth) == online
+        assert value("detected:trajectory=online", run, truth) == online
         assert value("most_detected", run, truth) == revised
 
 
 def test_occlusion_open_at_the_end_is_not_detected_online():
     run, truth = build_run((100, 111, None)), build_truth((99, 108))
     assert value("detected", run, truth) == 1
-    assert value("detected:trace=online", run, truth) == 0
+    assert value("detected:trajectory=online", run, truth) == 0
     never = build_run((117, None, None)), build_truth((116, 119))
     assert value("detected", *never) == 0
 
@@ -79,9 +81,9 @@ def test_box_stays_if_most_clear_frames_after_the_switch_overlap():
 
 def test_failed_run_tracks_and_detects_nothing():
     run = SimpleNamespace(**{**vars(build_run((31, 50, 66))), "failure": "frame 3: no"})
-    run.boxes_in = lambda trace: run.boxes
+    run.boxes_in = lambda trajectory: run.boxes
     truth = build_truth((30, 45))
-    assert value("kept", run, truth) == value("detected", run, truth) == 0
+    assert value("kept_in_clip", run, truth) == value("detected", run, truth) == 0
 
 
 def test_figure_shows_an_occlusion_and_the_switches():

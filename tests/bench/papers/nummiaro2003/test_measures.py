@@ -5,13 +5,15 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from tests.bench.papers import judged_runs
-from tests.bench.papers.judged_runs import value
+from tests.bench.papers import measured_runs
 from trackmark import datasets
 from trackmark.bench.papers.nummiaro2003 import scenes
 from trackmark.bench.papers.nummiaro2003.measures import Hiding, hidings
 from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
 
+value = measured_runs.values_of("nummiaro2003")
+
+TRACKER = "nummiaro2003:preset=as-written:model_update=false"
 N, COMES, LEAVES = 240, 20, 230
 TREE = slice(100, 116)
 SHORT = slice(180, 184), slice(200, 203)
@@ -32,7 +34,7 @@ def truth():
     return boxes, visibility
 
 
-def judged(estimates=None, **details):
+def measured(estimates=None, **details):
     """Return a run that is on the target and initialises behind the tree, with given changes."""
     boxes, visibility = truth()
     usual = {
@@ -44,7 +46,7 @@ def judged(estimates=None, **details):
         "identity": SimpleNamespace(parameters={"kick_off": 0.1, "particles": 100}),
     }
     estimates = shifted([]) if estimates is None else estimates
-    return judged_runs.judged("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
+    return measured_runs.measured("nummiaro2003", boxes, estimates, visibility, (800, 600), run)
 
 
 def constant_except(usual, frames, value):
@@ -63,7 +65,7 @@ def shifted(frames):
 
 def test_leaving_the_view_is_no_hiding():
     expected = [Hiding(100, 116, True), Hiding(180, 184, False), Hiding(200, 203, False)]
-    assert hidings(judged()) == expected
+    assert hidings(measured()) == expected
 
 
 @pytest.mark.parametrize(
@@ -77,7 +79,7 @@ def test_leaving_the_view_is_no_hiding():
     ],
 )
 def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
-    assert value("initialises_behind_tree", judged(**changes)) == expected
+    assert value("initialises_behind_tree", measured(**changes)) == expected
 
 
 @pytest.mark.parametrize(
@@ -92,32 +94,32 @@ def test_initialisation_behind_the_tree_takes_three_steps(changes, expected):
     ],
 )
 def test_short_occlusions_count_if_the_target_is_tracked_before(changes, expected):
-    bridged = value("bridges_short_occlusions", judged(**changes))
+    bridged = value("bridges_short_occlusions", measured(**changes))
     np.testing.assert_equal(bridged, expected)
 
 
 def test_count_may_fall_ten_frames_after_the_exit():
     for frame, expected in ((LEAVES, 1), (LEAVES + 9, 1), (LEAVES - 1, 0)):
         positive = constant_except(50, slice(frame, frame + 1), 9)
-        assert value("count_falls_at_exit", judged(positive_appearances=positive)) == expected
+        assert value("count_falls_at_exit", measured(positive_appearances=positive)) == expected
 
 
 def test_end_is_the_last_twenty_frames_in_view():
-    assert value("on_target_at_end", judged(shifted(slice(LEAVES - 8, N)))) == 0.75
-    assert value("on_target_at_end", judged(shifted(slice(0, 200)))) == 1.0
+    assert value("on_target_at_end", measured(shifted(slice(LEAVES - 8, N)))) == 0.75
+    assert value("on_target_at_end", measured(shifted(slice(0, 200)))) == 1.0
 
 
 def test_size_error_is_relative_to_the_truth():
     wide = shifted([])
     wide[:, 2] *= 1.25
-    assert value("size_error", judged(wide)) == pytest.approx(0.25)
+    assert value("size_error", measured(wide)) == pytest.approx(0.25)
 
 
 @pytest.fixture(scope="module")
 def surface():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(scenes, "RUN", 6)
-        (surface_found,) = surfaces("plain/target", "as-written", 1)
+        (surface_found,) = surfaces("plain/target", TRACKER, 1)
         return surface_found
 
 
@@ -133,4 +135,4 @@ def test_surface_has_its_maximum_at_the_target(surface):
 
 def test_mean_state_is_near_the_maximum_of_an_easy_target(monkeypatch):
     monkeypatch.setattr(scenes, "RUN", 6)
-    assert mean_state_at_maximum("plain/target", "as-written") == 1.0
+    assert mean_state_at_maximum("plain/target", TRACKER) == 1.0

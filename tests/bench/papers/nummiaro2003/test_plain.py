@@ -5,13 +5,13 @@ import pytest
 
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.description import read_description
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nummiaro2003.plain import PlainFilter
 from trackmark.bench.papers.nummiaro2003.timing import PLAIN
-from trackmark.bench.papers.plan import tracker_text
+from trackmark.bench.papers.paper import read_paper
 
 NAME = "plain/target"
-DESCRIPTION = read_description("nummiaro2003")
+PAPER = read_paper("nummiaro2003")
 
 
 @pytest.fixture(scope="module")
@@ -21,7 +21,7 @@ def images():
 
 def assert_equal_estimates(images, box, setting="as-written", **options):
     """Compare box, threshold and count of samples; return the number of model updates."""
-    text = tracker_text(DESCRIPTION, "no re-initialisation", setting)
+    text = PAPER.spec("no re-initialisation", setting)
     text += "".join(f":{key}={value}" for key, value in options.items())
     chosen = parse_tracker(text)
     tracker = chosen.make(np.random.SeedSequence(5))
@@ -43,7 +43,7 @@ def assert_equal_estimates(images, box, setting="as-written", **options):
     return updates
 
 
-@pytest.mark.parametrize("setting", DESCRIPTION.settings)
+@pytest.mark.parametrize("setting", SETTINGS)
 def test_estimates_equal_those_of_the_tracker(images, setting):
     assert assert_equal_estimates(images, datasets.load(NAME).boxes[0], setting) > 0
 

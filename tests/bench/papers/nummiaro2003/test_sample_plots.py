@@ -3,7 +3,7 @@
 import numpy as np
 
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
-    Surface,
+    SurfaceGrid,
     Track,
     appearance_plot,
     surface_plot,
@@ -17,7 +17,7 @@ SAMPLES = MEAN + np.array([[0, 0, 0, 0], [-3, 2, 1, 1], [4, 1, 0, -2]])
 
 def test_surface_plot_shows_samples_near_the_mean():
     """The surface covers x 50.5 to 70.5 and y 40.5 to 55.5."""
-    surface = Surface(50.5, 40.5, np.add.outer(100 * np.arange(16), np.arange(21.0)), "ρ")
+    surface = SurfaceGrid(50.5, 40.5, np.add.outer(100 * np.arange(16), np.arange(21.0)), "ρ")
     np.testing.assert_array_equal(surface.values_at(SAMPLES[:, :2]), [1010, 1207, 1114])
     assert np.isnan(surface.values_at(np.array([[71.5, 50], [60, 39.4]]))).all()  # outside
     figure = surface_plot(GREY, SAMPLES, MEAN, surface, "T")

@@ -16,8 +16,8 @@ from trackmark.bench.papers.wang2010.plain_maps import (
     local_difference,
     make_template,
     mean_shift,
+    motion_threshold,
     moving,
-    threshold,
 )
 
 RED, DULL = (0, 0, 250), (90, 100, 95)  # BGR
@@ -57,7 +57,7 @@ def test_box_without_pixels_that_count_is_refused():
 
 def test_moving_pixels_exceed_mean_and_deviations():
     difference = np.array([[0, 0, 0, 8]])
-    assert threshold(difference, 1.5) == pytest.approx(2 + 1.5 * sqrt((3 * 4 + 36) / 4))
+    assert motion_threshold(difference, 1.5) == pytest.approx(2 + 1.5 * sqrt((3 * 4 + 36) / 4))
     assert moving(difference, 1.5).tolist() == [[False, False, False, True]]
     assert not moving(difference, 2).any()
     assert not moving(np.full((3, 4), 7)).any()  # 7 is not above 7

@@ -19,7 +19,7 @@ def sequence(request):
 
 
 def test_lengths_and_sizes_equal_the_papers():
-    summaries = [datasets.summary(f"multipart/{number}") for number in range(1, 9)]
+    summaries = [datasets.sequence_size(f"multipart/{number}") for number in range(1, 9)]
     assert [summary.length for summary in summaries] == [788, 534, 1315, 1308, 300, 269, 377, 229]
     assert {summary.size for summary in summaries} == {(640, 480)}
 

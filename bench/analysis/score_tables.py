@@ -1,0 +1,313 @@
+"""Tables of scores.
+
+Scores are averaged over repetitions first and then over sequences, so that all sequences have equal
+weights. A mean with a missing run is missing itself, and the table shows the number of missing
+runs. A failed run has the worst score.
+"""
+
+import re
+from collections.abc import Callable, Sequence
+from functools import partial
+from itertools import cycle
+from typing import Any, NamedTuple, TypeAlias
+
+import numpy as np
+import pandas as pd
+from numpy.typing import NDArray
+
+from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
+
+NOT_RUN = "not run"
+_STATUS_MEANINGS = {
+    "missing": "of the runs that were asked for",
+    NOT_RUN: "of the sequences",
+}
+_FRAME = re.compile(r"^(frame \d+|\S+\.(?:png|jpe?g|bmp|tiff?|webp|p[gp]m)): ", re.IGNORECASE)
+
+
+def with_not_run(runs: pd.DataFrame) -> pd.DataFrame:
+    """Add a `not run` row for each pair of tracker and sequence without a run.
+
+    Means of trackers over different sequences are not comparable.
+    """
+    pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
+    every = pd.MultiIndex.from_product([pairs[name].unique() for name in pairs], names=[*pairs])
+    absent = every[~every.isin(pd.MultiIndex.from_frame(pairs))].to_frame(index=False)
+    not_run = absent.assign(repetition=0, status=NOT_RUN)
+    return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs
+
+
+class Uncertainty(NamedTuple):
+    """Intervals and marks of the means of a column, one per tracker."""
+
+    intervals: Sequence[tuple[float, float] | None]
+    marks: Sequence[bool]
+
+
+Uncertainties: TypeAlias = Callable[[NDArray[np.float64], ScoreMeasure], Uncertainty]
+"""Function `(values, measure) -> Uncertainty`, with values of shape (trackers, units)."""
+
+
+def summary_table(
+    runs: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    title: str,
+    metrics: str,
+    uncertainties: Uncertainties | None = None,
+    meaning: str = "± standard deviation over repetitions.",
+    *,
+    skip_undefined: bool = False,
+) -> Table:
+    """Make a table of trackers by measures, averaged over units.
+
+    `runs`: one row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one
+    column per measure. Optional is `unit`, the unit of the average; by default the sequence. A
+    `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a score.
+    `title`: start of the caption. `uncertainties`: returns intervals and marks, which `meaning`
+    explains. `skip_undefined`: average over the runs that have a score; by default the mean is
+    missing if one is missing.
+    """
+    runs = with_not_run(runs)
+    runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
+    sequences, n_units = [*map(str, runs["sequence"].unique())], runs["unit"].nunique()
+    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
+    by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
+    by_unit = mean_by(["tracker", "unit"], by_sequence)
+    mean = mean_by(["tracker"], by_unit)
+    # The spread over repetitions is defined if all sequences have equally many.
+    by_pass = mean_by(["tracker", "repetition"], runs)
+    spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
+    sizes = runs.groupby(["tracker", "sequence"], sort=False).size().groupby("tracker", sort=False)
+    spread = spread.where(sizes.min() == sizes.max())
+    values = _values(runs, mean, spread, mean * np.nan, measures)
+    if uncertainties is not None:
+        values = _with_uncertainty(values, by_unit, measures, uncertainties)
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics {metrics}. {meaning}"
+    return _table("summary", caption, values, runs, measures, metrics)
+
+
+def means_over(sequences: Sequence[str], n_units: int) -> str:
+    """Return the part of a caption that describes means over sequences or units."""
+    names = ", ".join(sequences) if len(sequences) <= 4 else f"{len(sequences)} sequences"
+    names += f" in {n_units} units" if n_units < len(sequences) else ""
+    return f"means over {names}, each counting once"
+
+
+def sequence_table(
+    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, metrics: str
+) -> Table:
+    """Make a table of trackers by measures on every sequence; parameters as for `summary_table`.
+
+    There are no marks: one sequence is one unit.
+    """
+    names = ["sequence", "tracker"]
+    mean, spread = (_statistic(name, measures, names, runs) for name in ("mean", "std"))
+    index = pd.MultiIndex.from_product([runs[name].unique() for name in names], names=names)
+    mean = mean.reindex(index[index.isin(mean.index)])
+    values = _values(runs, mean, spread, mean, measures)
+    caption = (
+        f"{title}: every sequence; metrics {metrics}. Means and ± standard deviations over "
+        "repetitions."
+    )
+    return _table("sequences", caption, values, runs, measures, metrics)
+
+
+def _table(
+    name: str,
+    caption: str,
+    values: pd.DataFrame,
+    runs: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    metrics: str,
+) -> Table:
+    """Return a table of `_values`, which become its data."""
+    labels = [str(level) for level in values.index.names]
+    data = values.reset_index()
+    data[labels] = data[labels].astype(str)
+    pairs = zip(values.itertuples(), cycle(measures), strict=False)
+    cells = [Cell(_cell_text(value, measure), bool(value.marked)) for value, measure in pairs]
+    n = len(measures)
+    rows = [
+        [*map(Cell, row), *cells[number * n : (number + 1) * n]]
+        for number, row in enumerate(data[labels][::n].to_numpy())
+    ]
+    data.insert(len(labels), "metrics", metrics)
+    headings = [*labels, *(measure.heading for measure in measures)]
+    notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
+    return Table(name, caption, headings, len(labels), rows, notes, data, ranks)
+
+
+def _statistic(
+    name: str,
+    measures: Sequence[ScoreMeasure],
+    levels: list[str],
+    runs: pd.DataFrame,
+    *,
+    skip_undefined: bool = False,
+) -> pd.DataFrame:
+    """Return the mean or standard deviation of the scores by labels.
+
+    A value is NaN if a score of the group is missing, unless `skip_undefined`.
+    """
+    columns = dict.fromkeys(name for m in measures for name in (m.name, m.out_of) if name in runs)
+    grouped = runs.groupby(levels, sort=False)[[*columns]]
+    is_whole = grouped.count().eq(grouped.size(), axis=0) | skip_undefined
+    statistic: pd.DataFrame = grouped.agg(name)
+    return statistic.where(is_whole)
+
+
+def _values(
+    runs: pd.DataFrame,
+    mean: pd.DataFrame,
+    spread: pd.DataFrame,
+    out_of: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+) -> pd.DataFrame:
+    """Return the values of a table: a row per measure for each row of `mean`.
+
+    A mean is missing if a run does not count; `lacking` is then the reason, such as `2 of 5 stale`.
+    Failed runs count if they have a score by the first measure.
+    """
+    levels, names = list(mean.index.names), [measure.name for measure in measures]
+    others = runs[~counted(runs, names[0])].groupby(levels, sort=False)["status"]
+    counts = others.size().reindex(mean.index, fill_value=0)
+    kinds = others.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
+    sizes = runs.groupby(levels, sort=False).size().reindex(mean.index)
+    reasons = [
+        f"{count} of {size} {kind}" if count else ""
+        for count, size, kind in zip(counts, sizes, kinds, strict=True)
+    ]
+
+    def column(values: pd.DataFrame, names: list[str]) -> NDArray[np.float64]:
+        present = values.reindex(mean.index, columns=names).where(counts == 0)
+        return present.to_numpy(np.float64).ravel()
+
+    columns = {
+        "measure": names * len(mean),
+        "mean": column(mean, names),
+        "standard_deviation": column(spread, names),
+        "low": np.nan,
+        "high": np.nan,
+        "marked": False,
+        "out_of": column(out_of, [measure.out_of for measure in measures]),
+        "runs": np.repeat(sizes.to_numpy(), len(names)),
+        "lacking": np.repeat(reasons, len(names)),
+    }
+    return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
+
+
+def _with_uncertainty(
+    values: pd.DataFrame,
+    by_unit: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    uncertainties: Uncertainties,
+) -> pd.DataFrame:
+    """Return the values with intervals and marks; missing means stay missing.
+
+    `by_unit`: means by tracker and unit.
+    """
+    means = values["mean"].to_numpy().reshape(-1, len(measures))
+    low, high = np.full((2, *means.shape), np.nan)
+    marked = np.zeros(means.shape, bool)
+    every = pd.MultiIndex.from_product([by_unit.index.unique(level) for level in (0, 1)])
+    for column, measure in enumerate(measures):
+        present = np.flatnonzero(~np.isnan(means[:, column]))
+        if not len(present):
+            continue
+        table = by_unit[measure.name].reindex(every).to_numpy(np.float64)
+        table = table.reshape(len(means), -1)[present]
+        defined = ~np.isnan(table).all(axis=0)
+        intervals, marked[present, column] = uncertainties(table[:, defined], measure)
+        ends = [interval or (np.nan, np.nan) for interval in intervals]
+        low[present, column], high[present, column] = np.transpose(ends)
+    return values.assign(low=low.ravel(), high=high.ravel(), marked=marked.ravel())
+
+
+def _cell_text(value: Any, measure: ScoreMeasure) -> str:
+    """Return the text of a row of `_values`."""
+    if value.lacking:
+        return f"{MISSING} ({value.lacking})"
+    if np.isnan(value.mean):
+        return MISSING
+    if measure.never and value.mean == value.out_of:
+        return measure.never
+    is_count = bool(measure.out_of) and value.mean.is_integer()
+    digits = 0 if is_count and not value.standard_deviation > 0 else measure.decimals
+    numbers = value.mean, value.standard_deviation, value.low, value.high
+    text, spread, low, high = (f"{number * measure.scale:.{digits}f}" for number in numbers)
+    if np.isfinite(value.low):
+        text += f" [{low}, {high}]"
+    elif np.isfinite(value.standard_deviation):
+        text += f" ±{spread}"
+    if np.isfinite(value.out_of) and not measure.never:
+        text += f" of {value.out_of * measure.scale:.0f}"
+    return text
+
+
+def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":
+    """Return a mask of the runs in a mean: finished runs, and failed runs with a score."""
+    finished = runs["status"] == "finished"
+    if score not in runs:
+        return finished
+    return finished | ((runs["status"] == "failed") & runs[score].notna())
+
+
+def failure_notes(
+    runs: pd.DataFrame, worst: str = "the worst score", every: str = "left out"
+) -> dict[str, str]:
+    """Return a note by tracker with failed runs: their number, and the reason of the first one.
+
+    `worst`: score of a failed run; empty if failed runs have none. `every`: treatment of a tracker
+    whose runs all failed.
+    """
+    notes = dict[str, str]()
+    for tracker, rows in runs.groupby("tracker", sort=False):
+        failed = rows[rows["status"] == "failed"]
+        if failed.empty:
+            continue
+        treatment = every if len(failed) == len(rows) else worst and f"counted as {worst}"
+        first = failed.iloc[0]
+        reason = _FRAME.sub("", str(first["failure"]).partition("\n")[0])
+        notes[str(tracker)] = (
+            f"{len(failed)} of {len(rows)} runs failed{treatment and f' ({treatment})'}: "
+            f"sequence {first['sequence']}, {reason}"
+        )
+    return notes
+
+
+def stale_notes(runs: pd.DataFrame) -> dict[str, str]:
+    """Return a note by tracker with stale runs, which names up to three of their sequences."""
+    notes = dict[str, str]()
+    for tracker, rows in runs[runs["status"] == "stale"].groupby("tracker", sort=False):
+        sequences = [*map(str, rows["sequence"].unique())]
+        more = f" and {len(sequences) - 3} more" if len(sequences) > 3 else ""
+        notes[str(tracker)] = (
+            f"stale: {tracker}, {len(rows)} by another version of the tracker or the sequence "
+            f"({', '.join(sequences[:3])}{more}). Run them again."
+        )
+    return notes
+
+
+def notes_of(runs: pd.DataFrame, score: str) -> list[str]:
+    """Return notes on failed and missing runs and malformed boxes by tracker.
+
+    `score`: column of scores; failed runs with a value in this column have the worst score.
+    """
+    worst = "the worst score" if (counted(runs, score) & (runs["status"] == "failed")).any() else ""
+    notes = [f"{tracker}: {note}" for tracker, note in failure_notes(runs, worst).items()]
+    for status in ("missing", NOT_RUN):
+        selected = runs[runs["status"] == status]
+        counts = selected.groupby("tracker", sort=False).size()
+        notes += [
+            f"{status}: {tracker}, {count} {_STATUS_MEANINGS[status]}"
+            for tracker, count in counts.items()
+        ]
+    notes += stale_notes(runs).values()
+    if "malformed_boxes" in runs:
+        finished = runs[runs["status"] == "finished"]
+        sums = finished.groupby("tracker", sort=False)["malformed_boxes"].sum()
+        notes += [
+            f"malformed: {tracker}, {count:.0f} boxes not finite with a positive size: misses"
+            for tracker, count in sums[sums > 0].items()
+        ]
+    return notes

@@ -1,1 +1,0 @@
-"""Result formats, one per module."""

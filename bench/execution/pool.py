@@ -1,0 +1,297 @@
+"""Pool of workers: processes that execute tasks, and the repetition of tasks that end a worker.
+
+The backend `local` has one pool, and each thread of a Dask worker has one. A thread for each worker
+reads its messages, so that the pool needs no feature of a particular operating system.
+"""
+
+import os
+import pickle
+import signal
+import subprocess
+import threading
+from collections import deque
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import closing, suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from queue import Empty, SimpleQueue
+from time import monotonic
+from typing import Any, TypeAlias, TypeVar
+
+from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.execution.task import Limits, Task
+from trackmark.bench.execution.worker import OPENING_SECONDS, RepeatError, run_task
+from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
+from trackmark.bench.machine_errors import MachineError, temporary_file
+from trackmark.bench.numba_compilation import log_compilation
+from trackmark.bench.operating_system import machine_memory
+from trackmark.bench.process_tree import ProcessTree
+from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.temporary_paths import remove_abandoned
+from trackmark.datasets import SequenceError
+
+T = TypeVar("T")
+R = TypeVar("R")
+
+_POLL_SECONDS = 0.1
+_EXIT_SECONDS = 1.0  # between the end of a worker's messages and the end of its process
+_MAX_OUTPUT = 2_000  # bytes of a worker's output that an error repeats
+
+_Messages: TypeAlias = "SimpleQueue[tuple[Worker, str, Any]]"
+"""Messages of all workers: the worker, kind and value. The kind `end` is the end of its pipe."""
+
+
+class Worker:
+    """Process that answers one request at a time, and puts its messages into a queue.
+
+    `work` is the work that it has reported for the current request, and `has_begun` whether it has
+    reported anything. `environment` is added to the environment of this process.
+    """
+
+    def __init__(
+        self,
+        messages: _Messages,
+        memory_bytes: int,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        self._output = temporary_file()
+        self._tree = ProcessTree.run_module(
+            "trackmark.bench.execution.worker",
+            [os.getpid(), memory_bytes],
+            environment=environment,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+            stderr=self._output,
+        )
+        self.process = self._tree.process
+        self._thread = threading.Thread(target=self._read, args=(messages,), daemon=True)
+        self._thread.start()
+
+    def _read(self, messages: _Messages) -> None:
+        assert self.process.stdout is not None
+        # The last message of a worker that is killed can be incomplete.
+        with self.process.stdout as pipe, suppress(EOFError, OSError, pickle.UnpicklingError):
+            while True:
+                messages.put((self, *pickle.load(pipe)))  # noqa: S301  # written by trackmark
+        messages.put((self, "end", None))
+
+    def send(self, call: "partial[Any]") -> None:
+        """Send a request; if the worker has ended, the message `end` follows."""
+        self.has_begun = False
+        self.on_progress(OPENING_SECONDS, 0)
+        self._last = monotonic()
+        self._output.seek(0)  # also the position at which the worker writes
+        self._output.truncate()
+        assert self.process.stdin is not None
+        with suppress(OSError):
+            pickle.dump(pickle.dumps(call), self.process.stdin)
+            self.process.stdin.flush()
+
+    def on_progress(self, silence: float, work: int) -> None:
+        """Note the work that is done; the next message is due within `silence` [s]."""
+        self._waited, self._silence, self.work = 0.0, silence, work
+
+    def is_overdue(self) -> bool:
+        """Return whether no message has come in time; called at intervals of `_POLL_SECONDS`."""
+        now = monotonic()
+        # The time in which this process itself was stopped does not count.
+        self._waited += min(now - self._last, 2 * _POLL_SECONDS)
+        self._last = now
+        return self._waited > self._silence
+
+    def exit_reason(self) -> str:
+        """Return how the process has ended, with the last line of its output."""
+        with suppress(subprocess.TimeoutExpired):
+            self.process.wait(_EXIT_SECONDS)
+        status = self.process.poll()
+        reason = f"ended with status {status}"
+        if status is not None and status < 0:
+            reason = f"was killed by {_signal_name(-status)}"
+        self._output.seek(max(0, self._output.seek(0, os.SEEK_END) - _MAX_OUTPUT))
+        output = self._output.read().decode("utf-8", "replace").strip()
+        return f"the worker process {reason}" + (f". Its output: {output}" if output else "")
+
+    def end(self) -> None:
+        """Kill the process and all processes that it has started."""
+        self._tree.end()
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)  # of the killed process
+        self._thread.join(_EXIT_SECONDS)
+        with suppress(OSError):  # a request that was not read
+            if self.process.stdin is not None:
+                self.process.stdin.close()
+        self._output.close()
+
+
+class Pool:
+    """Worker processes that execute tasks, or other calls of trackmark's functions.
+
+    Trackers of the package share a worker, in which an error of one could affect the others. If a
+    worker ends, hangs or lacks memory, its task is therefore repeated with a process for each
+    tracker. Only the tracker that fails then is stored as failed.
+    """
+
+    def __init__(
+        self,
+        n_workers: int,
+        limits: Limits | None = None,
+        environment: Mapping[str, str] | None = None,
+    ) -> None:
+        remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
+        self._n_workers, self._limits, self._memory_bytes = n_workers, limits or Limits(), 0
+        self._environment = environment
+        if limits is not None:
+            share = machine_memory() // (os.cpu_count() or 1)
+            self._memory_bytes = limits.memory_bytes or share
+        self._messages: _Messages = SimpleQueue()
+        self._idle: list[Worker] = []
+        self._busy: dict[Worker, partial[Any]] = {}
+        self._n_failed_starts = 0
+
+    def run_tasks(
+        self, tasks: Iterable[Task], progress: Callable[[int], None] = lambda _: None
+    ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
+        """Yield tasks with their runs as they end, in any order; see `bench.execution.backend`."""
+        remaining, repeated = iter(tasks), deque[Task]()
+        work = 0
+
+        def next_call() -> "partial[list[Run]] | None":
+            task = repeated.popleft() if repeated else next(remaining, None)
+            return None if task is None else partial(run_task, task, self._limits)
+
+        def report(current: int) -> None:
+            progress(work + current)
+
+        for call, answer in self.run(next_call, report):
+            task, _ = call.args
+            if isinstance(answer, RepeatError):
+                if not task.is_isolated:
+                    repeated.append(replace(task, is_isolated=True))
+                    continue
+                answer = SequenceError(
+                    f"{task.source.text}: {answer}. This has happened twice, the second time with "
+                    "each tracker in a process of its own: the sequence cannot be read."
+                )
+            work += task.work
+            progress(work)
+            yield task, answer
+
+    def run(
+        self,
+        next_call: Callable[[], "partial[Any] | None"],
+        progress: Callable[[int], None] = lambda _: None,
+    ) -> Iterator[tuple["partial[Any]", Any]]:
+        """Yield calls with their results as they end, in any order.
+
+        `next_call` returns None if there is no call at present. `progress` gets the work that the
+        current calls have done. The result is a `SequenceError` if the call has raised it, and a
+        `RepeatError` if the worker has ended. All other exceptions are raised.
+        """
+        while True:
+            while len(self._busy) < self._n_workers and (call := next_call()) is not None:
+                self._begin(call)
+            if not self._busy:
+                return
+            for answer in self._answers():
+                # Meanwhile, the worker that has answered has the next request.
+                if (call := next_call()) is not None:
+                    self._begin(call)
+                yield answer
+            progress(sum(worker.work for worker in self._busy))
+
+    def close(self) -> None:
+        """End all workers."""
+        for worker in [*self._idle, *self._busy]:
+            worker.end()
+        self._idle.clear()
+        self._busy.clear()
+
+    def _begin(self, call: "partial[Any]") -> None:
+        worker = self._idle.pop() if self._idle else None
+        if worker is not None and worker.process.poll() is not None:  # idle for too long
+            worker.end()
+            worker = None
+        worker = worker or Worker(self._messages, self._memory_bytes, self._environment)
+        self._busy[worker] = call
+        worker.send(call)
+
+    def _answers(self) -> Iterator[tuple["partial[Any]", Any]]:
+        """Wait for a message; yield the calls that have ended, with their results."""
+        with suppress(Empty):
+            worker, kind, value = self._messages.get(timeout=_POLL_SECONDS)
+            if worker in self._busy:
+                yield from self._answer(worker, kind, value)
+        for worker in [worker for worker in self._busy if worker.is_overdue()]:
+            worker.end()
+            yield self._busy.pop(worker), RepeatError("the worker process did not answer in time")
+
+    def _answer(
+        self, worker: Worker, kind: str, value: Any
+    ) -> Iterator[tuple["partial[Any]", Any]]:
+        """Yield the call of a worker if this message is its result."""
+        if kind == "end":
+            yield from self._replace(worker)
+            return
+        worker.has_begun, self._n_failed_starts = True, 0
+        if kind == "silence":
+            worker.on_progress(*value)
+        elif kind == "compiling":
+            log_compilation()
+            worker.on_progress(OPENING_SECONDS, worker.work)
+        else:
+            call = self._busy.pop(worker)
+            if isinstance(value, RepeatError):  # its memory may be exhausted
+                worker.end()
+            else:
+                self._idle.append(worker)
+            if kind == "error" and not isinstance(value, SequenceError | RepeatError):
+                raise value
+            yield call, value
+
+    def _replace(self, worker: Worker) -> Iterator[tuple["partial[Any]", Any]]:
+        """Replace a worker that has ended; yield its call, unless it had not begun."""
+        call, reason = self._busy.pop(worker), worker.exit_reason()
+        worker.end()
+        if worker.has_begun:
+            yield call, RepeatError(reason)
+            return
+        self._n_failed_starts += 1
+        if self._n_failed_starts > 1:  # the operating system may have killed the first worker
+            raise ResultsError(f"{reason}. A worker cannot start.")
+        self._begin(call)
+
+
+def map_in_workers(
+    function: Callable[[T], R],
+    items: Iterable[T],
+    n_workers: int,
+    environment: Mapping[str, str] | None = None,
+) -> Iterator[R]:
+    """Yield the results of a function, in the order of the items, which workers compute.
+
+    `environment` is added to the environment of the workers, which libraries read when they load.
+    Raises `SequenceError` if the function raises one, `MachineError` if a worker ends, and
+    `RuntimeError` for all other exceptions of the function.
+    """
+    calls = [partial(function, item) for item in items]
+    results: dict[int, Any] = {}
+    with closing(Pool(n_workers, environment=environment)) as pool:
+        remaining = iter(calls)
+        answers = pool.run(lambda: next(remaining, None))
+        for call in calls:
+            while id(call) not in results:
+                answered, result = next(answers)
+                results[id(answered)] = result
+            result = results.pop(id(call))
+            if isinstance(result, RepeatError):
+                raise MachineError(f"{result}. Start the same command again.")
+            if isinstance(result, SequenceError):
+                raise result
+            yield result
+
+
+def _signal_name(number: int) -> str:
+    try:
+        return signal.Signals(number).name
+    except ValueError:  # real-time signals have no name
+        return f"signal {number}"

@@ -1,0 +1,207 @@
+"""Trackers of the full interface in processes of their own, with the interpreter of trackmark.
+
+A tracker from outside the package runs in this way, because its code can end or damage its
+process. So does a tracker of the package that uses the random generators of the whole process.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from trackmark.bench.external.plugin import (
+    RemoteTracker,
+    digest_file,
+    keep_process,
+    take_process,
+)
+from trackmark.bench.external.process import ExternalTrackerError, with_output
+from trackmark.bench.external.worker_process import WorkerProcess
+from trackmark.bench.machine_errors import MachineError
+from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
+from trackmark.trackers.base.call_clock import CallTime
+from trackmark.trackers.base.catalogue import in_file
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
+
+_OPERATIONS = "trackmark.bench.external.isolated_worker:IsolatedTrackers"
+
+START_SECONDS = 300.0
+"""Time limit of the start of a process and of the import of a tracker [s]."""
+
+FRAME_SECONDS = 60.0
+"""Default time limit of a call of a tracker [s]."""
+
+
+@dataclass(frozen=True)
+class IsolatedFactory:
+    """Factory of trackers that run in a process of their own.
+
+    `name` and `options` are the parts of a specification, `digest` is that of the tracker's file.
+    `frame_seconds` is the time limit of each call of the tracker.
+    """
+
+    name: str
+    options: Mapping[str, Any]
+    digest: str = ""
+    frame_seconds: float = FRAME_SECONDS
+
+    def __call__(self, seed: np.random.SeedSequence) -> "IsolatedTracker":
+        """Create the tracker."""
+        return IsolatedTracker(self, seed)
+
+    def limited(self, frame_seconds: float) -> "IsolatedFactory":
+        """Return the factory with another time limit."""
+        return replace(self, frame_seconds=frame_seconds)
+
+    @property
+    def process_key(self) -> tuple[str, str]:
+        """Key of the processes that can run the tracker: they have run no other tracker."""
+        return self.name, self.digest
+
+    def start_process(self) -> WorkerProcess:
+        """Start a process; it imports the tracker on its first use."""
+        place = in_file(self.name)
+        source = str(place[0].absolute()) if place else ""
+        return WorkerProcess(_OPERATIONS, source=source, name=self.name)
+
+
+def open_isolated(name: str, options: Mapping[str, Any]) -> tuple[IsolatedFactory, dict[str, Any]]:
+    """Return the factory of a tracker, and the values that its specification selects.
+
+    The process of the tracker imports its file. The values are those of
+    `isolated_worker.IsolatedTrackers.describe`.
+
+    Raises `TrackerError` for an invalid tracker, or if the import fails.
+    """
+    place, digest = in_file(name), ""
+    if place is not None:
+        if not place[0].is_file():
+            raise TrackerError(f"{place[0]}: this tracker file does not exist.")
+        digest = digest_file(place[0])
+    factory = IsolatedFactory(name, options, digest)
+    return factory, _ask(factory, "describe", name=name, options=options)
+
+
+def describe_isolated(name: str) -> dict[str, Any]:
+    """Return the description of a tracker, as `trackers.describe`; its process imports its file.
+
+    Raises `TrackerError` for an invalid tracker, or if the import fails.
+    """
+    return _ask(IsolatedFactory(name, {}), "catalogue", name=name)
+
+
+def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str, Any]:
+    """Return an answer about a tracker; the process is kept for the next one."""
+    started: list[WorkerProcess] = []
+
+    def start() -> WorkerProcess:
+        started.append(factory.start_process())
+        return started[0]
+
+    process = take_process(start, *factory.process_key)
+    try:
+        answer = process.ask(START_SECONDS, operation, **arguments)
+    except TrackerError as error:
+        if not started:  # a run in this process can have exhausted its files or memory
+            return _ask(factory, operation, **arguments)
+        if not isinstance(error, ExternalTrackerError):
+            raise
+        reason = str(error).partition("\n")[0].removeprefix(f"{factory.name}: ")
+        raise TrackerError(f"{factory.name}: the import failed: {reason}") from None
+    keep_process(process, *factory.process_key)
+    return answer
+
+
+class IsolatedTracker(RemoteTracker):
+    """Tracker in a process of its own; it gives the estimates that it gives in this process.
+
+    The optional methods `watch`, `finish` and `maps` are attributes if the tracker has them.
+    """
+
+    def __init__(self, factory: IsolatedFactory, seed: np.random.SeedSequence) -> None:
+        self._factory, self._device = factory, ""
+        self._process = take_process(factory.start_process, *factory.process_key)
+        self._is_closed = False
+        methods = self._ask(
+            "create",
+            START_SECONDS,  # a new process imports the file
+            name=factory.name,
+            options=dict(factory.options),
+            entropy=seed.entropy,
+            spawn_key=seed.spawn_key,
+        )["methods"]
+        for name in methods:
+            setattr(self, name, getattr(self, f"_{name}"))
+
+    def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
+        """See `Tracker.init`."""
+        arrays = [image] if mask is None else [image, mask]
+        self._show("init", *arrays, box=np.asarray(box).tolist())
+
+    def update(self, image: Image) -> Estimate:
+        """See `Tracker.update`."""
+        answer = self._show("update", image, keeps_arrays=self.keeps_arrays)
+        fields = answer["estimate"]
+        arrays = self._arrays(answer)
+        fields["mask"] = arrays.pop("mask", None)
+        fields["box"] = None if fields["box"] is None else np.array(fields["box"])
+        return Estimate(
+            **fields,
+            arrays={name.removeprefix("arrays."): array for name, array in arrays.items()},
+            revised=dict(answer["revised"]) if "revised" in answer else None,
+        )
+
+    @property
+    def device(self) -> str:
+        """See `SelfTimed.device`."""
+        return self._device
+
+    @property
+    def printed(self) -> str:
+        """See `RemoteTracker.printed`."""
+        return self._process.printed()
+
+    def reject(self, error: MalformedEstimateError) -> Exception:
+        """See `RemoteTracker.reject`."""
+        return error
+
+    def close(self) -> None:
+        """See `RemoteTracker.close`."""
+        if not self._is_closed:
+            self._is_closed = True
+            keep_process(self._process, *self._factory.process_key)
+
+    def _watch(self, image: Image) -> None:
+        self._show("watch", image)
+
+    def _finish(self) -> Mapping[int, Box]:
+        return dict(self._ask("finish")["revised"])
+
+    def _maps(self, image: Image) -> Mapping[str, Any]:
+        return self._arrays(self._show("maps", image))
+
+    def _show(self, operation: str, *arrays: Image | Mask, **arguments: Any) -> dict[str, Any]:
+        """Return the answer to a call with an image and a mask."""
+        return self._ask(operation, pixels=self._process.write_arrays(arrays), **arguments)
+
+    def _ask(self, operation: str, seconds: float = 0.0, **arguments: Any) -> dict[str, Any]:
+        seconds = seconds or self._factory.frame_seconds
+        answer = self._process.ask(seconds, operation, **arguments)
+        self.drawn = answer.get("drawn", self.drawn)
+        if "invalid" in answer:
+            raise MalformedEstimateError(answer["invalid"])
+        if "raised" in answer:
+            text = with_output(
+                answer["raised"] + "\n" + answer["trace"], self._process.end_output()
+            )
+            if answer["fault"]:
+                raise MachineError(answer["fault"])
+            raise ExternalTrackerError(text)
+        if "time" in answer:
+            self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
+        return answer
+
+    def _arrays(self, answer: Mapping[str, Any]) -> dict[str, Any]:
+        types: Mapping[str, Sequence[Any]] = answer["arrays"]
+        return dict(zip(types, self._process.read_arrays(types.values()), strict=True))

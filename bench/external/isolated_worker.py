@@ -1,0 +1,173 @@
+"""Operations of `worker.py` on trackers of the full interface, in the interpreter of trackmark.
+
+| operation and arguments | answer |
+|---|---|
+| catalogue: name | description of the tracker, as by `trackers.describe` |
+| describe: name, options | fields of `Specification` |
+| create: name, options, entropy, spawn_key | time, device, drawn, methods |
+| watch: pixels | drawn |
+| init: pixels, box | time, device, drawn |
+| update: pixels, keeps_arrays | time, device, drawn, estimate, arrays, revised |
+| maps: pixels | arrays |
+| finish | drawn, revised |
+
+`methods` are the optional methods that the tracker has. `arrays` has shapes and types by name; the
+arrays are in the file of frames, after the mask. `revised` is a list of frames with their boxes.
+"""
+
+import traceback
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark import trackers
+from trackmark.bench.external.process import exception_text
+from trackmark.bench.external.worker import read_array, write_arrays
+from trackmark.bench.machine_errors import machine_fault
+from trackmark.trackers import Estimate, TrackerError
+from trackmark.trackers.base.call_clock import CallClock, SelfTimed, device_name, synchronise
+from trackmark.trackers.base.estimate_check import (
+    MalformedEstimateError,
+    read_box,
+    read_estimate,
+    value_text,
+)
+from trackmark.trackers.base.global_generators import GlobalGenerators
+from trackmark.trackers.base.plain import seed_number
+
+OPTIONAL_METHODS = ("watch", "finish", "maps")
+
+
+class IsolatedTrackers:
+    """Operations on trackers, which this process runs one after another.
+
+    `frames` is the file of frames.
+    """
+
+    def __init__(self, frames: Any) -> None:
+        self._frames = frames
+        self._clock = CallClock()
+        self._tracker: Any = None
+        self._generators = GlobalGenerators(0)
+
+    def perform(self, operation: str, **arguments: Any) -> Any:
+        """Return the answer of an operation.
+
+        Estimates that are no valid values, and exceptions of trackers, are answers, too.
+        """
+        is_call = operation not in ("catalogue", "describe")
+        try:
+            return getattr(self, operation)(**arguments)
+        except MalformedEstimateError as error:
+            return {"invalid": str(error), "drawn": self._generators.drawn}
+        except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
+            text = exception_text(error)
+            if is_call:
+                return {
+                    "raised": text,
+                    "trace": "".join(traceback.format_exception(error)),
+                    "fault": str(machine_fault(error) or ""),
+                    "drawn": self._generators.drawn,
+                }
+            if not isinstance(error, TrackerError):
+                text = f"{arguments['name']}: its description raises {text}"
+            return {"unusable": text}
+
+    def catalogue(self, name: str) -> dict[str, Any]:
+        """Return the description of a tracker."""
+        return trackers.describe(name)
+
+    def describe(self, name: str, options: Mapping[str, str]) -> dict[str, Any]:
+        """Return the values that a specification selects."""
+        selected = trackers.resolve(name, **options)
+        return {
+            "name": selected.name,
+            "parameters": selected.parameters.model_dump(),
+            "options": dict(selected.options),
+            "randomness": str(selected.randomness),
+            "class_name": selected.plugin.__name__,
+            "file": str(selected.file),
+        }
+
+    def create(
+        self, name: str, options: Mapping[str, str], entropy: int, spawn_key: Sequence[int]
+    ) -> dict[str, Any]:
+        """Create a tracker."""
+        self._tracker = None  # releases the memory of the last one first
+        seed = np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
+        self._generators = GlobalGenerators(seed_number(seed))
+        specification = trackers.resolve(name, **options)
+        with self._generators:
+            self._tracker = specification.create(seed)
+        methods = [name for name in OPTIONAL_METHODS if hasattr(self._tracker, name)]
+        return {"methods": methods, "drawn": self._generators.drawn}
+
+    def watch(self, pixels: Any) -> dict[str, Any]:
+        """Show a frame without the target to the tracker."""
+        with self._generators:
+            self._tracker.watch(*self._read(pixels))
+        return {"drawn": self._generators.drawn}
+
+    def init(self, pixels: Any, box: Sequence[float]) -> dict[str, Any]:
+        """Initialise the tracker."""
+        image, mask = self._read([*pixels, None])[:2]
+        return self._call(self._tracker.init, image, np.array(box, np.float64), mask)[1]
+
+    def update(self, pixels: Any, keeps_arrays: bool) -> dict[str, Any]:
+        """Return the estimate of the tracker."""
+        (image,) = self._read(pixels)
+        shape = image.shape
+        estimate, answer = self._call(self._tracker.update, image)
+        if not isinstance(estimate, Estimate):
+            raise MalformedEstimateError(
+                f"update returned {value_text(estimate)}. Expected: an Estimate"
+            )
+        fields = read_estimate(estimate, shape)
+        if estimate.box is None and estimate.visible:
+            read_box(estimate.box)  # raises the error: only a lost target has no box
+        if estimate.revised:
+            answer["revised"] = list(estimate.revised.items())
+        arrays = {} if fields["mask"] is None else {"mask": fields.pop("mask")}
+        if keeps_arrays:
+            arrays |= {f"arrays.{key}": np.array(value) for key, value in estimate.arrays.items()}
+        return answer | {"estimate": fields | {"mask": None}} | self._write(arrays)
+
+    def maps(self, pixels: Any) -> dict[str, Any]:
+        """Return the weight maps of the frame that was just passed to `update`."""
+        with self._generators:
+            return self._write(dict(self._tracker.maps(*self._read(pixels))))
+
+    def finish(self) -> dict[str, Any]:
+        """Return the corrected boxes of the tracker at the end of the sequence."""
+        with self._generators:
+            revised = list(self._tracker.finish().items())
+        return {"revised": revised, "drawn": self._generators.drawn}
+
+    def _read(self, pixels: Any) -> list[NDArray[Any]]:
+        self._frames.seek(0)
+        return [array and read_array(self._frames, *array) for array in pixels]
+
+    def _write(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
+        for name, array in arrays.items():
+            if np.asarray(array).dtype.kind in "OV":
+                raise MalformedEstimateError(
+                    f"the array {name!r} is of type {np.asarray(array).dtype}. Expected: numbers"
+                )
+        values = [np.asarray(array) for array in arrays.values()]
+        types = write_arrays(self._frames, values) if values else []
+        return {"arrays": dict(zip(arrays, types, strict=True))}
+
+    def _call(self, method: Callable[..., Any], *arguments: Any) -> tuple[Any, dict[str, Any]]:
+        """Return the result of a method of the tracker, and the facts about the call."""
+        with self._generators:
+            self._clock.start()
+            result = method(*arguments)
+            if isinstance(self._tracker, SelfTimed):
+                time = self._tracker.call_time
+            else:
+                synchronise(self._tracker)
+                time = self._clock.stop()
+        device = device_name(self._tracker)
+        return result, {"time": time, "device": device, "drawn": self._generators.drawn}

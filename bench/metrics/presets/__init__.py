@@ -1,1 +1,0 @@
-"""Metrics presets, one per module."""

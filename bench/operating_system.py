@@ -1,0 +1,130 @@
+"""Features of operating systems, each with a fallback for systems without it.
+
+Everything that trackmark needs to work is in the standard library for all systems. The functions
+here improve on that: they limit memory, end processes reliably, and lock files.
+"""
+
+import ctypes
+import os
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+
+try:
+    import fcntl
+    import resource
+except ImportError:  # Windows
+    fcntl = resource = None  # type: ignore[assignment]
+
+_CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
+_DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
+_SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
+_END_SECONDS = 10.0
+
+
+def machine_memory() -> int:
+    """Return the memory of this machine or container [bytes]; 0 if the system does not tell it."""
+    try:
+        memory = os.sysconf("SC_PAGE_SIZE") * os.sysconf("SC_PHYS_PAGES")
+    except (AttributeError, OSError, ValueError):
+        return 0
+    if _CONTROL_GROUP.is_file():
+        allowed = _CONTROL_GROUP.read_text("utf-8").strip()
+        if allowed != "max":
+            memory = min(memory, int(allowed))
+    return memory
+
+
+def limit_memory(n_bytes: int) -> None:
+    """Limit the data memory of this process, and of each child process; 0 sets no limit.
+
+    An allocation beyond the limit raises `MemoryError`, or another error of the allocating library.
+    Systems without such a limit set none.
+    """
+    if resource is not None and n_bytes:
+        _, maximum = resource.getrlimit(resource.RLIMIT_DATA)
+        allowed = n_bytes if maximum == resource.RLIM_INFINITY else min(n_bytes, maximum)
+        resource.setrlimit(resource.RLIMIT_DATA, (allowed, maximum))
+
+
+def max_open_files() -> float:
+    """Return the number of files that this process may open; infinite if it is not limited."""
+    if resource is None:
+        return float("inf")
+    limit, _ = resource.getrlimit(resource.RLIMIT_NOFILE)
+    return float("inf") if limit == resource.RLIM_INFINITY else limit
+
+
+HAS_LOCKS = fcntl is not None
+"""True if `lock_file` locks files, and if folders can be opened and locked like files."""
+
+
+def lock_file(descriptor: int, *, wait: bool = True) -> None:
+    """Lock a file, which only one process can do at a time, until its descriptor is closed.
+
+    Without `wait`, raises `OSError` if another process has locked the file. Systems without such
+    locks do nothing.
+    """
+    if fcntl is not None:
+        fcntl.flock(descriptor, fcntl.LOCK_EX | (0 if wait else fcntl.LOCK_NB))
+
+
+def end_with_parent(parent: int) -> None:
+    """Let the system kill this process when its parent ends.
+
+    On other systems than Linux, the process has to notice that the parent has closed its pipe.
+    """
+    if sys.platform == "linux":
+        # Orphaned processes of a tracker remain descendants of this process, and are ended with it.
+        kill = getattr(signal, "SIGKILL", signal.SIGTERM)
+        for option, value in ((_DEATH_SIGNAL, kill), (_SUBREAPER, 1)):
+            ctypes.CDLL(None).prctl(option, value)
+        if os.getppid() != parent:  # the parent has ended in the meantime
+            os._exit(1)
+
+
+def kill_process_tree(process: "subprocess.Popen[bytes]", mark: str) -> None:
+    """Kill a process and all that it has started; `mark` is a variable of their environment.
+
+    Where descendants cannot be found, they end when their pipes to the process close.
+    """
+    if hasattr(signal, "SIGSTOP"):
+        process.send_signal(signal.SIGSTOP)  # a stopped process cannot start others
+    kill = getattr(signal, "SIGKILL", signal.SIGTERM)
+    for descendant in _descendants(process.pid, mark):
+        with suppress(ProcessLookupError):
+            os.kill(descendant, kill)
+    with suppress(ProcessLookupError, PermissionError):  # the process or session has ended
+        if hasattr(os, "killpg"):
+            os.killpg(process.pid, kill)
+        process.send_signal(kill)
+        if hasattr(signal, "SIGCONT"):
+            process.send_signal(signal.SIGCONT)  # a stopped process does not handle SIGTERM
+    with suppress(subprocess.TimeoutExpired):  # waits for a lost disk
+        process.wait(_END_SECONDS)
+
+
+def _descendants(parent: int, mark: str) -> list[int]:
+    """Return the ids of a process's descendants, from `/proc`; none on systems without it.
+
+    A descendant is missed if its environment lacks the mark and its ancestors have ended.
+    """
+    parents: dict[int, int] = {}
+    descendants: set[int] = set()
+    assignment = f"{mark}=1".encode()
+    folders: list[Path] = []
+    with suppress(OSError):  # there is no such folder
+        folders = list(Path("/proc").glob("[0-9]*"))
+    for folder in folders:
+        with suppress(OSError):  # the process has ended, or belongs to another user
+            process = int(folder.name)
+            state = (folder / "stat").read_text("utf-8", "replace")
+            parents[process] = int(state.rpartition(")")[2].split()[1])
+            if assignment in (folder / "environ").read_bytes().split(b"\0"):
+                descendants.add(process)
+    newer = {parent, *descendants}
+    while newer := {child for child, creator in parents.items() if creator in newer} - descendants:
+        descendants |= newer
+    return sorted(descendants - {parent})

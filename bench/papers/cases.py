@@ -1,0 +1,163 @@
+"""Trackers and sequences of a paper, and the cases that they form.
+
+The files of a paper name trackers, sequences, measures and functions. The annotated types of this
+module replace each name by its object while a file is read, so that a wrong name is an error in
+its field.
+"""
+
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Any, TypeVar
+
+from pydantic import BeforeValidator, InstanceOf, ValidationInfo
+
+from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.papers.criteria import passing_scenes, read_values
+from trackmark.bench.papers.measures import Measure, find_function, find_measure, frame_values
+from trackmark.bench.papers.toml_table import as_tuple
+from trackmark.datasets.spec_string import format_text, parse_text
+
+Found = TypeVar("Found")
+
+
+@dataclass(frozen=True)
+class PaperTracker:
+    """Tracker of a paper, with its options in each setting."""
+
+    name: str  # in claims, tables and figures
+    registered_name: str
+    options: Mapping[str, str]  # in both settings
+    setting_options: Mapping[str, Mapping[str, str]]
+
+    def spec(self, setting: str, changed_options: Mapping[str, str] | None = None) -> str:
+        """Return the specification of the tracker in a setting, with changed options."""
+        options = {**self.setting_options[setting], **self.options, **(changed_options or {})}
+        return format_text(self.registered_name, options)
+
+
+@dataclass(frozen=True)
+class PaperSequence:
+    """Sequence as named in claims and tables. Values of several members are summed.
+
+    Each member has its own list of scenes, unless `scenes_of` names a common one.
+    """
+
+    name: str
+    paper: str
+    members: tuple[str, ...]  # specifications without the scene
+    scenes_of: str = ""  # name of the scenes in criteria.csv, if not that of the member
+
+    def scenes(self, n_scenes: int, further_options: str = "") -> list[tuple[str, ...]]:
+        """Return the specifications of the first scenes, one per member.
+
+        Raises `ExperimentError` if fewer scenes meet the criteria than are requested.
+        """
+        members = []
+        for member in self.members:
+            name, options = parse_text(member)
+            passing = verdict_scenes(self.paper, self.scenes_of or name)
+            if len(passing) < n_scenes:
+                raise ExperimentError(
+                    f"{self.paper}: {n_scenes} scenes of {self.name} are requested, but only "
+                    f"{len(passing)} meet the criteria. Check more: "
+                    f"python -m tools.scene_check {self.paper}."
+                )
+            options |= parse_options(further_options)
+            members.append(
+                [format_text(name, {**options, "scene": scene}) for scene in passing[:n_scenes]]
+            )
+        return list(zip(*members, strict=True))
+
+
+@dataclass(frozen=True)
+class Case:
+    """Runs of a tracker on the first scenes of a sequence."""
+
+    tracker: str  # specification
+    sequence: PaperSequence
+    n_scenes: int
+    sequence_options: str = ""  # additional options, such as `light=dappled`
+
+    @property
+    def scenes(self) -> list[tuple[str, ...]]:
+        """Specifications of the scenes, one per member of the sequence."""
+        return self.sequence.scenes(self.n_scenes, self.sequence_options)
+
+    @property
+    def scenes_of_members(self) -> list[str]:
+        """Specifications of the scenes of all members."""
+        return [scene for members in self.scenes for scene in members]
+
+
+@dataclass(frozen=True)
+class Names:
+    """Objects that the names in the files of a paper stand for."""
+
+    paper: str
+    trackers: Mapping[str, PaperTracker]
+    sequences: Mapping[str, PaperSequence]
+
+
+def _find(kind: str, name: str, valid: Mapping[str, Found]) -> Found:
+    if name not in valid:
+        raise ValueError(f"unknown {kind} {name!r}; known: {', '.join(valid)}")
+    return valid[name]
+
+
+def cases(
+    trackers: Iterable[PaperTracker],
+    sequences: Iterable[PaperSequence],
+    setting: str,
+    n_scenes: int,
+) -> list[Case]:
+    """Return the cases of all trackers on all sequences in a setting."""
+    return [
+        Case(tracker.spec(setting), sequence, n_scenes)
+        for tracker in trackers
+        for sequence in sequences
+    ]
+
+
+def parse_options(text: str) -> dict[str, str]:
+    """Parse options such as `preset=as-written:sigma=1` into a dictionary."""
+    return parse_text(f":{text}")[1] if text else {}
+
+
+@cache
+def verdict_scenes(paper: str, sequence: str) -> tuple[int, ...]:
+    """Return the numbers of the scenes of a sequence that meet all criteria."""
+    return tuple(passing_scenes(read_values(paper), sequence))
+
+
+def _resolved_by(find: Callable[[Names, str], Any]) -> BeforeValidator:
+    """Return a validator that replaces a name by the object that `find` returns for it."""
+
+    def resolve(value: Any, info: ValidationInfo) -> Any:
+        names: Any = info.context
+        return find(names, value) if isinstance(value, str) else value
+
+    return BeforeValidator(resolve)
+
+
+TrackerName = Annotated[
+    InstanceOf[PaperTracker],
+    _resolved_by(lambda names, name: _find("tracker", name, names.trackers)),
+]
+SequenceName = Annotated[
+    InstanceOf[PaperSequence],
+    _resolved_by(lambda names, name: _find("sequence", name, names.sequences)),
+]
+MeasureName = Annotated[
+    InstanceOf[Measure], _resolved_by(lambda names, text: find_measure(text, names.paper))
+]
+FunctionName = Annotated[
+    Callable[..., Any], _resolved_by(lambda names, name: find_function(name, names.paper))
+]
+FrameValuesName = Annotated[
+    Callable[..., Any], _resolved_by(lambda names, name: frame_values(name, names.paper))
+]
+
+TrackerNames = Annotated[tuple[TrackerName, ...], BeforeValidator(as_tuple)]
+SequenceNames = Annotated[tuple[SequenceName, ...], BeforeValidator(as_tuple)]
+MeasureNames = Annotated[tuple[MeasureName, ...], BeforeValidator(as_tuple)]

@@ -1,0 +1,146 @@
+"""Runs that a click on a number of a page opens in the player, and frames around the worst one."""
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from math import isfinite
+from typing import NamedTuple
+
+import numpy as np
+
+from trackmark import datasets
+from trackmark.bench.experiments.tracker_spec import parse_tracker
+from trackmark.bench.pages.content import PlayerSequence
+from trackmark.bench.pages.page_frames import Progress
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
+from trackmark.bench.papers.cases import Case, cases
+from trackmark.bench.papers.claims import Claim
+from trackmark.bench.papers.measures import Measure
+from trackmark.bench.papers.paper import MainRow
+from trackmark.bench.papers.runs import Context, StoredKey
+from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import RunWithTruth
+from trackmark.bench.store.truth import read_truth
+from trackmark.reports.charts import PlayerPosition
+
+# kind of the worst frame, by unit of the measure; otherwise the frame with the largest error
+KINDS = {"overlap": "overlap", "frames": "loss"}
+MAX_FRAMES = 2400  # maximum per page: about 10 MB
+MAX_SECONDS, MAX_QUICK_SECONDS = 20.0, 1.0  # maximum time to render the frames of a page
+REACHES = (1_000_000, 100, 50, 20, 10, 5, 2)
+"""Numbers of frames before and after a worst frame; the first within the limits is used."""
+
+
+class ShownRun(NamedTuple):
+    """Run that opens at its worst frame; `beside`: trackers that are drawn with it."""
+
+    tracker: str
+    sequence: str
+    kind: str
+    beside: tuple[str, ...]
+
+
+@dataclass(frozen=True)
+class PlayerContent:
+    """Rendered scenes of a page, and the position in the player that each number opens."""
+
+    reading: PageRuns
+    sequences: Sequence[PlayerSequence]
+    links: Mapping[ShownRun | None, PlayerPosition]
+
+
+def player_content(
+    linked_runs: Iterable[ShownRun | None], context: Context, progress: Progress
+) -> PlayerContent:
+    """Read runs and those drawn next to them; render the frames around their worst frames."""
+    runs = list(dict.fromkeys(filter(None, linked_runs)))
+    keys = [
+        key
+        for run in runs
+        for tracker in (run.tracker, *run.beside)
+        for key in context.runs.keys(tracker, run.sequence)
+    ]
+    reading = collect_runs(_read_runs(dict.fromkeys(keys)), [])
+    links: dict[ShownRun | None, PlayerPosition] = {}
+    links |= {run: position for run in runs if (position := _position(run, reading, context))}
+    limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
+    frames = _frames(reading, list(links.values()), limit)
+    sequences = [*player_sequences(reading, progress, selected=frames)] if keys else []
+    return PlayerContent(reading, sequences, links)
+
+
+def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
+    read = cache(read_truth)
+    for folder, key in keys:
+        run = RunStore(folder).read(key)
+        truth = read(folder, run.identity.sequence, run.identity.fingerprint)
+        row = run_row(run, truth)
+        # The specification of a synthetic scene is its source.
+        row |= {"source": row["source"] or row["sequence"]}
+        yield RunWithTruth(row, run, truth)
+
+
+def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
+    names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
+    sequence, _ = datasets.name_and_fingerprint(run.sequence)
+    position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
+    trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
+    return position and position._replace(show=tuple(trackers))
+
+
+def _frames(
+    reading: PageRuns, positions: Sequence[PlayerPosition], seconds: float
+) -> list[list[int]]:
+    """Select frames of each sequence around the worst ones, within limits of size and time."""
+    frames: list[list[int]] = []
+    for reach in REACHES:
+        sets: list[set[int]] = [set() for _ in reading.sequences]
+        for position in positions:
+            last = len(reading.sequences[position.sequence].truth) - 1
+            sets[position.sequence] |= {
+                *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
+            }
+        frames = [*map(sorted, sets)]
+        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
+        needed = sum(
+            cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
+        )
+        if needed <= seconds and sum(map(len, frames)) <= MAX_FRAMES:
+            break
+    return frames
+
+
+def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
+    """Return the worst run behind each value of a row of the main table in a setting."""
+    specs = tuple(tracker.spec(setting) for tracker in row.trackers)
+    return [
+        _worst(cases([tracker], row.sequences, setting, context.n_scenes), measure, specs, context)
+        for tracker in row.trackers
+        for measure in row.measures
+    ]
+
+
+def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
+    """Return the worst run of a claim's first tracker; None for times and values of scenes."""
+    if claim.measure.kind != "run":
+        return None
+    specs = tuple(tracker.spec(setting) for tracker in claim.all_trackers)
+    of_first = claim.cases(setting)[: len(claim.sequences)]
+    return _worst(of_first, claim.measure, specs, context)
+
+
+def _worst(
+    row_cases: Iterable[Case], measure: Measure, beside: tuple[str, ...], context: Context
+) -> ShownRun | None:
+    """Return the run of a tracker with the worst mean over repetitions; None without runs."""
+    means: dict[tuple[str, str], float] = {}
+    for case in row_cases:
+        for scene in case.scenes_of_members:
+            if runs := context.runs.measured_runs(case.tracker, scene):
+                mean = float(np.mean([*map(measure, runs)]))
+                means |= {(case.tracker, scene): mean} if isfinite(mean) else {}
+    if not means:
+        return None
+    tracker, scene = (max if measure.lower_is_better else min)(means, key=means.__getitem__)
+    return ShownRun(tracker, scene, KINDS.get(measure.unit, "centre_error"), beside)

@@ -1,0 +1,104 @@
+"""Tables of a paper: main table, sensitivity, settings, and criteria of the scenes."""
+
+import pandas as pd
+
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.cases import cases
+from trackmark.bench.papers.criteria import read_criteria, read_values
+from trackmark.bench.papers.measures import Measure
+from trackmark.bench.papers.paper import MainRow, Paper, Sensitivity
+from trackmark.bench.papers.runs import Context
+from trackmark.reports.tables import MISSING, Table, text_table
+
+
+def main_table(context: Context) -> Table:
+    """Return the paper's numbers and ours in both settings, row by row."""
+    entry, n_scenes = context.paper.main_table, context.n_scenes
+    headings = [*entry.headings, "paper", *SETTING_LABELS.values()]
+    rows = [
+        [
+            *row.labels,
+            row.separator.join(row.paper),
+            *(row.separator.join(main_values(row, setting, context)) for setting in SETTINGS),
+        ]
+        for row in entry.rows
+    ]
+    verb, scenes = ("is", "1 scene") if n_scenes == 1 else ("are", f"{n_scenes} scenes")
+    caption = f"{entry.caption} There {verb} {scenes} per sequence."
+    return text_table("main", caption, headings, rows, len(entry.headings))
+
+
+def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
+    """Return the values of a row in a setting as texts, by tracker, then by measure."""
+    if row.function:
+        return [str(row.function(context, setting))]
+    cells = []
+    for tracker in row.trackers:
+        of_row = cases([tracker], row.sequences, setting, context.n_scenes)
+        for measure in row.measures:
+            values = pd.concat([context.runs.values(case, measure) for case in of_row])
+            cells.append(format_mean(values, measure, len(row.sequences[0].members)))
+    return cells
+
+
+def sensitivity_table(context: Context, table: Sensitivity) -> Table:
+    """Return the measures for every choice that the paper leaves open, without verdicts."""
+    rows = []
+    for row in table.rows:
+        cells = []
+        for column in table.columns:
+            values = context.runs.values(table.case(row, column), column.measure)
+            cells.append(format_mean(values, column.measure, len(column.sequence.members)))
+        rows.append([row.choice, SETTING_LABELS[row.setting], *cells])
+    headings = ["choice", "setting", *(column.heading for column in table.columns)]
+    caption = (
+        f"Means over {table.scenes} scenes. Each row changes one choice of its setting; rows with "
+        "the choice none change nothing."
+    )
+    return text_table("sensitivity", caption, headings, rows, 2)
+
+
+def format_mean(values: pd.DataFrame, measure: Measure, n_members: int) -> str:
+    """Return the mean of a measure as text, formatted by its unit."""
+    if values.empty:
+        return MISSING
+    mean = float(values["value"].mean())
+    if measure.unit == "share":
+        return f"{100 * mean:.0f} %" if n_members == 1 else f"{mean:.1f}"
+    forms = {"px": f"{mean:.1f} px", "frames": f"{mean:.0f}", "occlusions": f"{mean:.1f}"}
+    return forms.get(measure.unit, f"{mean:.2f}")
+
+
+def setting_table(paper: Paper) -> Table:
+    """Return the values that differ between the settings, with their sources."""
+    headings = ["", *SETTING_LABELS.values(), "source"]
+    rows = [list(row) for row in paper.setting_table]
+    caption = "Parameters of the settings, with their sources"
+    return text_table("settings", caption, headings, rows, 1)
+
+
+def criteria_table(paper: str) -> Table:
+    """Return the criteria of the scenes with their values, and the scenes that fail."""
+    headings = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
+    criteria, values = read_criteria(paper)[1], read_values(paper)
+    rows = []
+    for criterion in criteria:
+        of_sequence = values[values["sequence"] == criterion.sequence]
+        measured = of_sequence[of_sequence["name"] == criterion.name]
+        met = f"{measured['passes'].sum()} of {len(measured)}" if criterion.target else "printed"
+        name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
+        middle = f"{measured['value'].median():.3g}" if len(measured) else ""
+        target = criterion.target.replace("<=", "≤").replace(">=", "≥")
+        sequence = criterion.sequence.partition("/")[2]
+        rows.append([sequence, name, middle, target, met, criterion.sentence])
+    in_view = any(criterion.with_result_in_view for criterion in criteria)
+    notes = ["* The criterion uses a result of the paper."] if in_view else []
+    failed = values[~values["passes"]]
+    for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
+        numbers = ", ".join(map(str, sorted(set(scenes))))
+        name = str(member).partition("/")[2]
+        notes.append(
+            f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
+        )
+    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
+    return text_table("criteria", caption, headings, rows, 2, notes)

@@ -1,0 +1,173 @@
+"""Verdicts on the claims of a paper: one row per claim, one column per setting."""
+
+from collections import Counter
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import isfinite
+from typing import Any
+
+import pandas as pd
+
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.claim_tests import Evidence, judge, notes
+from trackmark.bench.papers.claims import Claim
+from trackmark.bench.statistics.verdict_rules import Verdict
+from trackmark.reports.tables import MISSING, Cell, Table
+
+VERDICTS = ("holds", "does not hold", "inconclusive", "not testable")
+
+
+@dataclass(frozen=True)
+class VerdictRow:
+    """Claim with its verdicts.
+
+    Attributes
+    ----------
+    claim : Claim
+        The claim.
+    verdicts : mapping of str to Verdict
+        Verdicts by setting.
+    notes : mapping of str to list of str
+        Remarks that limit the verdicts, by setting.
+    evidence : mapping of str to Evidence
+        Values from which the verdicts follow, by setting.
+    """
+
+    claim: Claim
+    verdicts: Mapping[str, Verdict]
+    notes: Mapping[str, list[str]]
+    evidence: Mapping[str, Evidence]
+
+    def for_json(self) -> dict[str, Any]:
+        """Return the row for JSON; numbers that are not finite are None."""
+        return {
+            "id": self.claim.name,
+            "source": self.claim.source,
+            "quote": self.claim.quote,
+            "summary": self.claim.summary,
+            "claim": self.claim.statement,
+            "paper": self.claim.paper,
+            "falsified_if": self.claim.falsified_if,
+            "reason": self.claim.reason,
+            "note": self.claim.note,
+            "settings": {name: self._setting(name) for name in self.verdicts},
+        }
+
+    def remarks(self, setting: str) -> list[str]:
+        """Return the reason of an inconclusive verdict and the remarks that limit a verdict."""
+        verdict = self.verdicts[setting]
+        is_open = verdict.verdict == "inconclusive" or "too small" in verdict.reason
+        parts = [verdict.reason if is_open else "", *self.notes[setting], self.claim.note]
+        return [*dict.fromkeys(filter(None, parts))]
+
+    def _setting(self, name: str) -> dict[str, Any]:
+        verdict = self.verdicts[name]
+        return {
+            "verdict": verdict.verdict,
+            "effect": verdict.effect,
+            "statistic": _finite(verdict.statistic),
+            "interval": [_finite(end) for end in verdict.interval],
+            "unit": verdict.unit,
+            "n": verdict.n_units,
+            "counted": verdict.counted,
+            "reason": verdict.reason,
+            "notes": self.notes[name],
+        }
+
+
+def effect_text(claim: Claim, verdict: Verdict) -> str:
+    """Return estimate, interval and number of units: `18 of 24 scenes, 0.75 [0.53, 0.90]`."""
+    if not isfinite(verdict.statistic):
+        return MISSING
+    numbers = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
+    counted = f"{verdict.n_units} {verdict.counted}{'s' * (verdict.n_units != 1)}"
+    if claim.test == "share":
+        # An undecided scene counts as half a success.
+        successes = round(2 * verdict.statistic * verdict.n_units) / 2
+        return f"{successes:g} of {counted}, {numbers}"
+    ratio, as_long, _ = numbers.partition(" times as long")
+    if claim.test == "time":
+        return f"{'ratio ' if as_long else ''}{ratio}, {verdict.n_units} rounds"
+    margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
+    return f"{numbers}, {margin}{counted}"
+
+
+def judge_row(  # name: claims are judged
+    claim: Claim, evidence: Mapping[str, Evidence]
+) -> VerdictRow:
+    """Judge a claim in every setting with evidence."""
+    return VerdictRow(
+        claim,
+        {name: judge(claim, item) for name, item in evidence.items()},
+        {name: notes(item) for name, item in evidence.items()},
+        evidence,
+    )
+
+
+def setting_counts(rows: Sequence[VerdictRow]) -> list[str]:
+    """Return the numbers of verdicts by setting: `as-written: 4 hold`; empty without claims."""
+    return [f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS if rows]
+
+
+def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
+    """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
+    counts = Counter(str(row.verdicts[setting].verdict) for row in rows)
+    plurals = {"holds": "hold", "does not hold": "do not hold"}
+    parts = [
+        f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
+        for name in VERDICTS
+        if counts[name]
+    ]
+    return ", ".join(parts)
+
+
+def verdict_table(rows: Sequence[VerdictRow]) -> Table:
+    """Return a table with claim, result of the paper, and our results and verdicts by setting."""
+    headings = ["claim", "", "paper"]
+    for label in SETTING_LABELS.values():
+        headings += [label, "verdict"]
+    return Table(
+        name="verdicts",
+        caption="Verdicts on the claims: estimate [95 % interval] in both settings",
+        headings=headings,
+        n_labels=2,
+        rows=[[Cell(text) for text in _texts(row)] for row in rows],
+        data=pd.DataFrame([record for row in rows for record in _records(row)]),
+    )
+
+
+def _records(row: VerdictRow) -> list[dict[str, Any]]:
+    """Return the unrounded numbers of a claim, one record per setting."""
+    claim = row.claim
+    return [
+        {
+            "claim": claim.name,
+            "summary": claim.summary,
+            "paper": claim.paper,
+            "setting": setting,
+            "verdict": verdict.verdict,
+            "estimate_name": verdict.estimate_name,
+            "estimate": verdict.statistic,
+            "low": verdict.interval.low,
+            "high": verdict.interval.high,
+            "unit": verdict.unit,
+            "n": verdict.n_units,
+            "counted": verdict.counted,
+            "reason": verdict.reason,
+            "remarks": "; ".join(row.remarks(setting)),
+        }
+        for setting, verdict in row.verdicts.items()
+    ]
+
+
+def _texts(row: VerdictRow) -> list[str]:
+    texts = [row.claim.name, row.claim.summary, row.claim.paper]
+    for setting in SETTINGS:
+        verdict, remarks = row.verdicts[setting], "; ".join(row.remarks(setting))
+        texts.append(effect_text(row.claim, verdict))
+        texts.append(verdict.verdict + (f" ({remarks})" if remarks else ""))
+    return texts
+
+
+def _finite(value: float) -> float | None:
+    return float(value) if isfinite(value) else None

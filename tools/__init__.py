@@ -1,0 +1,1 @@
+"""Tools for developers of trackmark, which are not part of the wheel."""
