@@ -58,8 +58,8 @@ def input_files(trackers: Iterable[str], sequences: Iterable["SequenceSource"]) 
     """Return the files and folders that specifications of trackers and sequences name."""
     sources = list(sequences)
     # File, class and options of a tracker are separated by colons: a.py:Mine:net=model.onnx.
-    parts = [part for text in trackers for part in text.split(":")]
-    files = [Path(part.partition("=")[2] or part) for part in parts]
+    fields = [field for spec in trackers for field in spec.split(":")]
+    files = [Path(field.partition("=")[2] or field) for field in fields]
     files += [source.truth for source in sources if source.truth is not None]
     sequences_or_folders = [Path(source.text.partition(":")[0]) for source in sources]
     return [

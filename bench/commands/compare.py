@@ -213,15 +213,15 @@ def _trackers(
     return trackers, against
 
 
-def _label(text: str) -> str:
+def _label(spec: str) -> str:
     """Return the label of a specification; the text itself if there is no such tracker."""
     from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.trackers import TrackerError
 
     try:
-        return resolve_specs([text])[text].label
+        return resolve_specs([spec])[spec].label
     except TrackerError:
-        return text  # stored runs can be compared without the tracker
+        return spec  # stored runs can be compared without the tracker
 
 
 def _run(
@@ -270,8 +270,8 @@ def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
     folder = options.output
     for metrics, comparison in compared.items():
         if options.as_json:
-            data = {"metrics": metrics, **as_data(comparison)}
-            click.echo(json.dumps(data, allow_nan=False))
+            json_object = {"metrics": metrics, **as_data(comparison)}
+            click.echo(json.dumps(json_object, allow_nan=False))
         else:
             lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
             click.echo("\n".join(lines))

@@ -184,16 +184,16 @@ def _draw(
 
     lines = outlines_on(sequence, outlines)
     if output.suffix == ".png":
-        numbers = evenly_spaced(frames.start, frames.stop - 1, count)
+        shown_frames = evenly_spaced(frames.start, frames.stop - 1, count)
         image = sequence.__getitem__
-        strip = film_strip(image, numbers, boxes, sequence.name, lines_of=lines)
+        strip = film_strip(image, shown_frames, boxes, sequence.name, lines_of=lines)
         write_file(output, lambda file: save_png(file, strip))
         return
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(frames, 1):
-                yield number, sequence[number]
+            for done, frame in enumerate(frames, 1):
+                yield frame, sequence[frame]
                 progress(done)
 
         write_file(output, lambda file: save_video(file, images(), boxes, sequence.fps, lines))

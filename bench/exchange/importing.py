@@ -50,11 +50,11 @@ class ImportedTracker:
     folder: Path
 
 
-def parse_imported_tracker(text: str) -> ImportedTracker:
+def parse_imported_tracker(argument: str) -> ImportedTracker:
     """Parse `NAME=PATH` or `NAME=FORMAT:PATH`; raise `ExchangeError` for any other text."""
-    tracker, equals, path = (part.strip() for part in text.partition("="))
+    tracker, equals, path = (part.strip() for part in argument.partition("="))
     if not (tracker and equals and path):
-        raise ExchangeError(f"{text!r}: expected NAME=PATH, a tracker's name and its folder.")
+        raise ExchangeError(f"{argument!r}: expected NAME=PATH, a tracker's name and its folder.")
     name, colon, folder = path.partition(":")
     if colon and name in FORMATS:
         require_folder(Path(folder))
@@ -228,11 +228,14 @@ def _read_files(
                 for other in sequences
                 if other is not sequence and any(is_same_name(other.name, name) for name in similar)
             ]
-            text = ", ".join([*similar, *rivals])
+            alike = ", ".join([*similar, *rivals])
             raise ExchangeError(
                 f"{tracker.folder}: no results on {sequence.name}. Expected: "
                 f"{result_format.expects}. Results exist on {abbreviated_list(sorted(files))}."
-                + (f" These names differ in spelling only: {text}. Rename the files." * bool(text))
+                + (
+                    f" These names differ in spelling only: {alike}. Rename the files."
+                    * bool(alike)
+                )
             )
         name = names[sequence.name]
         if name not in (sequence.name, file_name(sequence.name)):
@@ -264,9 +267,9 @@ class _Notes:
         self.folder = folder
         self._texts: dict[str, list[str]] = {}
 
-    def add(self, kind: str, text: str) -> None:
+    def add(self, topic: str, message: str) -> None:
         """Add a message."""
-        self._texts.setdefault(kind, []).append(text)
+        self._texts.setdefault(topic, []).append(message)
 
     def messages(self) -> Iterator[str]:
         """Yield the first message of each kind, with the number of the others."""
@@ -405,17 +408,17 @@ def _find_origin(
             f"{votes.count(origin)} of {n} files show. The files of the data set count from "
             f"{first_pixel}.",
         )
-    others = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
-    if others:
+    other_files = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
+    if other_files:
         notes.add(
             "other origin",
-            f"{others[0].path}: the first box shows pixels from {1 - origin} ({len(others)} of {n} "
-            f"files). All files of the tracker are read from {origin}.",
+            f"{other_files[0].path}: the first box shows pixels from {1 - origin} "
+            f"({len(other_files)} of {n} files). All files of the tracker are read from {origin}.",
         )
     has_boxes = any(
         np.isfinite(box.from_file).all() for file in files for box in file.first_boxes.values()
     )
-    if decided is None and not others and has_boxes:
+    if decided is None and not other_files and has_boxes:
         notes.add(
             "origin",
             f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1. "
@@ -457,10 +460,10 @@ def _stored_protocol(
         return rows.protocol or ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
-    for text in ("tre", f"tre:starts={len(segments)}"):
-        expected = parse_protocol(text).segments(present, {})
+    for protocol in ("tre", f"tre:starts={len(segments)}"):
+        expected = parse_protocol(protocol).segments(present, {})
         if [segment.start or int(present.argmax()) for segment in expected] == starts:
-            return text
+            return protocol
     return "tre"
 
 

@@ -196,7 +196,7 @@ def make_plan(
     protocol = experiment.protocol_key
     opened_sequences = {} if opened_sequences is None else opened_sequences
     # Timing runs have the frames of one-pass runs.
-    frame_protocol = ONE_PASS if experiment.timing else protocol
+    frame_protocol = ONE_PASS if experiment.is_timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
     unopened = [key for key in keys if key not in opened_sequences]
     _open_all(unopened, opened_sequences, progress, jobs)
@@ -224,8 +224,8 @@ def _repetitions(
     """
     repetitions = [
         1
-        if spec.randomness is Randomness.NONE and not experiment.timing
-        else experiment.repeated.get(text, experiment.repetitions)
+        if spec.randomness is Randomness.NONE and not experiment.is_timing
+        else experiment.repetitions_by_tracker.get(text, experiment.repetitions)
         for text, spec in trackers.items()
     ]
     number = n_sequences * sum(repetitions)

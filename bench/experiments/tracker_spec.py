@@ -224,7 +224,7 @@ TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
 
 
 def parse_trackers(
-    texts: Iterable[str], versions: TrackerVersions | None = None
+    specs: Iterable[str], versions: TrackerVersions | None = None
 ) -> dict[str, TrackerSpec]:
     """Return trackers by their specifications; see `parse_tracker`.
 
@@ -232,15 +232,15 @@ def parse_trackers(
     the cache `versions`.
     """
     versions = {} if versions is None else versions
-    specs = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
-    for entry in specs.values():
-        if "version" in vars(entry):  # of a tracker in a process of its own
+    parsed = {spec: parse_tracker(spec) for spec in dict.fromkeys(specs)}
+    for tracker in parsed.values():
+        if "version" in vars(tracker):  # of a tracker in a process of its own
             continue
-        key = entry.file, entry.class_name
+        key = tracker.file, tracker.class_name
         if key not in versions:
-            versions[key] = entry.version
-        vars(entry)["version"] = versions[key]  # value of the `cached_property`
-    return specs
+            versions[key] = tracker.version
+        vars(tracker)["version"] = versions[key]  # value of the `cached_property`
+    return parsed
 
 
 class SequenceIdentity(typing.Protocol):
@@ -254,23 +254,23 @@ class SequenceIdentity(typing.Protocol):
 
 
 def run_identity(
-    chosen: TrackerSpec,
+    spec: TrackerSpec,
     sequence: SequenceIdentity,
     repetition: int,
     protocol: str = ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
-        tracker=chosen.label,
-        tracker_name=chosen.name,
-        preset=chosen.preset,
-        parameters=chosen.parameters,
-        tracker_code=chosen.version,
+        tracker=spec.label,
+        tracker_name=spec.name,
+        preset=spec.preset,
+        parameters=spec.parameters,
+        tracker_code=spec.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
         repetition=repetition,
         protocol=protocol,
-        init=chosen.init,
+        init=spec.init,
     )
 
 
@@ -281,8 +281,8 @@ def planned_values(identity: Identity) -> dict[str, Any]:
     return json.loads(json.dumps(values))  # type: ignore[no-any-return]  # as after a transfer
 
 
-def _from_text(text: str) -> TrackerSpec:
-    name, options = split_text(text)
+def _from_text(tracker: str) -> TrackerSpec:
+    name, options = split_text(tracker)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     if is_external(name, options):
@@ -342,23 +342,23 @@ def _make_spec(
     )
 
 
-def resolve_specs(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers as `parse_trackers`, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
     """
     try:
-        return parse_trackers(texts)
+        return parse_trackers(specs)
     finally:
         close_idle_processes()
 
 
-def describe_tracker(text: str) -> dict[str, Any]:
+def describe_tracker(spec: str) -> dict[str, Any]:
     """Describe a tracker as `trackers.describe` does, also one from outside the package.
 
-    `text` is a name; only a tracker in another environment needs its options.
+    `spec` is a name; only a tracker in another environment needs its options.
     """
-    name, options = split_text(text)
+    name, options = split_text(spec)
     try:
         if is_external(name, options):
             external = open_external(name, options)
@@ -369,22 +369,22 @@ def describe_tracker(text: str) -> dict[str, Any]:
         close_idle_processes()
 
 
-def split_text(text: str) -> tuple[str, dict[str, str]]:
+def split_text(spec: str) -> tuple[str, dict[str, str]]:
     """Return name (or file and class) and options of a specification.
 
     Raises `TrackerError` for a malformed text.
     """
-    speaks_trax = text.strip().startswith("trax:")  # its command can name a file
-    table = None if speaks_trax else split_table(text.strip())
-    place: tuple[Path | str, str] | None = table
+    speaks_trax = spec.strip().startswith("trax:")  # its command can name a file
+    table = None if speaks_trax else split_table(spec.strip())
+    file_and_class: tuple[Path | str, str] | None = table
     if not (table or speaks_trax):
-        place = in_file(text.strip())
-    file, rest = place or ("", text)
-    if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
+        file_and_class = in_file(spec.strip())
+    file, rest = file_and_class or ("", spec)
+    if file_and_class and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)
     except ValueError as error:
         hint = " A command with ':' needs a table of a TOML file." if speaks_trax else ""
         raise TrackerError(f"tracker {error}{hint}") from None
-    return (f"{file}:{name}" if name else str(file)) if place else name, options
+    return (f"{file}:{name}" if name else str(file)) if file_and_class else name, options

@@ -33,7 +33,7 @@ def required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
         if figure.sequence and figure.is_drawn(options.quick):
             add([figure.sequence], figure.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
-        if claim.measure.kind == "run":
+        if claim.measure.subject == "run":
             add(claim.sequences, claim.all_trackers, claim.n_scenes)
     return [Case(spec, sequence, n_scenes[sequence]) for sequence, spec in specs]
 

@@ -53,18 +53,18 @@ def finished(workspace):
 
 def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
-    assert len(statuses(workspace, repeated={knob: 1})) == 2
+    assert len(statuses(workspace, repetitions_by_tracker={knob: 1})) == 2
 
 
 def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
-    run_experiment(experiment(workspace, timing=True), workspace / "results", jobs=1)
+    run_experiment(experiment(workspace, is_timing=True), workspace / "results", jobs=1)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
-    timed = experiment(workspace, timing=True)
-    assert set(statuses(workspace, timing=True).values()) == {"disturbed"}
+    timed = experiment(workspace, is_timing=True)
+    assert set(statuses(workspace, is_timing=True).values()) == {"disturbed"}
     plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
     assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
-    assert set(statuses(workspace, timing=True).values()) == {"finished"}
+    assert set(statuses(workspace, is_timing=True).values()) == {"finished"}
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
@@ -134,7 +134,7 @@ def test_task_has_few_processes_of_trackers(workspace):
 
 def test_timed_trackers_take_turns(workspace):
     texts = ("static", f"{workspace}/knob.py:Knob", "camshift")
-    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, timing=True)
+    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, is_timing=True)
     tasks = list(missing_tasks(timed))
     assert [len(task.runs) for task in tasks] == [1] * 3 * 2 * 2
     trackers = [task.runs[0].tracker for task in tasks]

@@ -58,7 +58,7 @@ def test_names_are_swept_and_trackers_may_have_own_repetitions(tmp_path):
     experiment = read_experiment(path)
     special = ("static:init=full", "static:init=boxes", "camshift:init=full", "camshift:init=boxes")
     assert experiment.trackers[:4] == special
-    assert experiment.repeated == dict.fromkeys(special, 2)
+    assert experiment.repetitions_by_tracker == dict.fromkeys(special, 2)
 
 
 def test_table_may_name_a_ground_truth_file(tmp_path):

@@ -225,7 +225,7 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
         monkeypatch.setattr(show, "_stored", lambda *arguments: (read(*arguments)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one-pass"):
-        Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")
+        Experiment("a", ("static",), (SequenceSource("b"),), keeps_arrays=True, protocol="tre")
     assert "one-pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
 
 

@@ -379,7 +379,7 @@ def test_curve_has_numbers_of_overlap_or_error(opened_page):
 @pytest.mark.slow
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "MAX_INLINE_FRAMES", 0)
-    beside = write_experiment_page(results, tmp_path, full=True)
+    beside = write_experiment_page(results, tmp_path, with_full_frames=True)
     assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
     chromium.console.clear()
     chromium.size(1280, 900, still=True)  # loops do not load frames

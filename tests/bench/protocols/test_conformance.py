@@ -74,7 +74,7 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.describe(name)
+    definition = protocols.describe_protocol(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80

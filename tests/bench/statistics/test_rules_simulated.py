@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntry
+from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineScore
 from trackmark.bench.regression.check import check
 from trackmark.bench.statistics import verdict_rules
 from trackmark.bench.statistics.intervals import interval_ends
@@ -218,7 +218,7 @@ def scored_cells(scores, version):
     source = SequenceSource("s")
     return {
         "mine": {
-            f"s{i}": BaselineEntry(source, "9f31c2aa", tuple(row), boxes)
+            f"s{i}": BaselineScore(source, "9f31c2aa", tuple(row), boxes)
             for i, row in enumerate(scores)
         }
     }
