@@ -188,7 +188,7 @@ def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
                 FRAMES,
                 WIDTH,
                 shape="contour",
-                words={frames[0]: "(given)", **similarities},
+                remarks={frames[0]: "(given)", **similarities},
             )
         )
         if label.startswith("full"):
@@ -208,7 +208,7 @@ def _maps(
         FRAMES,
         WIDTH,
         shape="contour",
-        words={frames[0]: "(given)"},
+        remarks={frames[0]: "(given)"},
     )
 
 

@@ -33,7 +33,7 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
                 }
                 title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
                 rows.append(
-                    film_strip(image_of, list(frames), boxes, title, len(frames), words=frames)
+                    film_strip(image_of, list(frames), boxes, title, len(frames), remarks=frames)
                 )
     return np.vstack(rows) if rows else None
 

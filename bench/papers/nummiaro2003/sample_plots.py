@@ -182,7 +182,7 @@ def appearance_plot(
     NaN without estimate, shape (runs, frames). `threshold`: number of positive samples at which the
     mode changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
     """
-    figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
+    figure, (upper, lower) = new_figure(title, 4.4, n_rows=2, heights=(3, 1))
     estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))
     frames = np.arange(estimated[0], estimated[-1] + 1)
     draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
