@@ -115,7 +115,9 @@ def parse_difficulty(argument: str, sequences: Sequence[str]) -> Difficulty:
             raise ExperimentError(
                 f"--difficulty {argument}: both ends of this range must be above 0."
             )
-        return Difficulty(name, selected.unit, easy, hard, selected.whole, selected.logarithmic)
+        return Difficulty(
+            name, selected.unit, easy, hard, selected.is_integer, selected.logarithmic
+        )
     for sequence in sequences:
         options = {option["name"]: option for option in datasets.options(_bare(sequence))}
         if name not in options or name == "scene":
