@@ -70,7 +70,7 @@ class ColourBinning(NamedTuple):
     maximum_value: float
 
 
-def weight_bits(rows: int, columns: int) -> int:
+def weight_bits(n_rows: int, n_columns: int) -> int:
     """Return the number of fraction bits, 1 to 40, for which no moment of an image overflows.
 
     Examples
@@ -78,7 +78,7 @@ def weight_bits(rows: int, columns: int) -> int:
     >>> weight_bits(115, 142), weight_bits(480, 640), weight_bits(2160, 3840)
     (40, 34, 27)
     """
-    maximum = rows * columns * max(rows, columns)
+    maximum = n_rows * n_columns * max(n_rows, n_columns)
     return min(40, 62 - maximum.bit_length())
 
 

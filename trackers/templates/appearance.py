@@ -117,10 +117,10 @@ class TemplateFilter:
         """Return the residuals of a view (height, width, d)."""
         return self._compare_by(features, self.residual, gate=self._noise.gate)
 
-    def update(self, comparison: TemplateComparison, *, first: bool) -> None:
-        """Update the template by a view (equations 8 to 14); `first`: the view of `start`."""
+    def update(self, comparison: TemplateComparison, *, is_first: bool) -> None:
+        """Update the template by a view (equations 8 to 14); `is_first`: the view of `start`."""
         noise = self._noise
-        if not first:
+        if not is_first:
             self._history.append(comparison.covariance)
             self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
         self.state, gain, self._estimate = _step(
@@ -239,23 +239,23 @@ _RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
 _ANGLES = np.vectorize(atan)(_RATIOS)
 
 
-def n_features(kind: Features) -> int:
+def n_features(features: Features) -> int:
     """Return the number d of components of a pixel's features."""
-    return 1 if kind == "intensity" else 3
+    return 1 if features == "intensity" else 3
 
 
-def compute_features(image: Image, kind: Features) -> Array:
+def compute_features(image: Image, features: Features) -> Array:
     """Return the features of every pixel of a BGR image, float64 of shape (rows, columns, d).
 
     `intensity` is R + G + B; `rgb` is (R, G, B). `invariants` are the ratios c1 = R / max(G, B), c2
     = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
     `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
-    if kind == "intensity":
+    if features == "intensity":
         return _intensities(image)
-    if kind == "rgb":
+    if features == "rgb":
         return _colours(image)
-    return _ratios(image, _RATIOS if kind == "invariants" else _ANGLES)
+    return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
 
 
 @njit(cache=True)

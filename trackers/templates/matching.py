@@ -127,7 +127,7 @@ FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
 
 @njit(cache=True)
 def _search(
-    whole: FeatureWindow,
+    unwhitened: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     white: Array,
@@ -137,8 +137,10 @@ def _search(
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
-    features = _whiten(whole.features, components, white)
-    window = FeatureWindow(features, whole.left, whole.top, whole.rows, whole.columns)
+    features = _whiten(unwhitened.features, components, white)
+    window = FeatureWindow(
+        features, unwhitened.left, unwhitened.top, unwhitened.rows, unwhitened.columns
+    )
     sought = _whiten(template, components, white)
     n = 2 * search_range // 4 + 1
     coarse = np.ones((n * n, 3))
@@ -243,39 +245,39 @@ def best_poses(
     first: int,
     bilinear: bool,
     cutoff: float,
-    number: int,
+    n_poses: int,
 ) -> tuple[Array, Array]:
-    """Return the `number` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
+    """Return the `n_poses` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
 
     Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs
     so far. The tuple `components` has a length known to the compiler, which unrolls the loops over
     features.
     """
     height, width, _ = template.shape
-    number = min(number, len(around) * len(offsets))
+    n_poses = min(n_poses, len(around) * len(offsets))
     looked_at = template[first::stride, first::stride].copy()
-    poses = np.empty((number, 3))
-    costs = np.full(number, np.inf)
+    poses = np.empty((n_poses, 3))
+    costs = np.full(n_poses, np.inf)
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
             scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
             across = _axis_positions(x, scale, width, window.columns)[first::stride]
             along = _axis_positions(y, scale, height, window.rows)[first::stride]
-            worst = costs[number - 1]
+            worst = costs[n_poses - 1]
             if bilinear:
                 cost = _bilinear_cost(window, looked_at, components, across, along, cutoff, worst)
             else:
                 cost = _nearest_cost(window, looked_at, components, across, along, cutoff, worst)
             if cost >= worst:
                 continue
-            place = number - 1
-            while place > 0 and cost < costs[place - 1]:
-                costs[place] = costs[place - 1]
-                poses[place] = poses[place - 1]
-                place -= 1
-            costs[place] = cost
-            poses[place, 0], poses[place, 1], poses[place, 2] = x, y, scale
+            rank = n_poses - 1
+            while rank > 0 and cost < costs[rank - 1]:
+                costs[rank] = costs[rank - 1]
+                poses[rank] = poses[rank - 1]
+                rank -= 1
+            costs[rank] = cost
+            poses[rank, 0], poses[rank, 1], poses[rank, 2] = x, y, scale
     return poses, costs
 
 
