@@ -297,9 +297,9 @@ class Nguyen2002(SharingTracker):
             trimmed=parameters.first_covariance == "inliers",
             grid_step=finest_step if parameters.misregistration else 0.0,
             average=parameters.average,
-            full=parameters.covariance == "full",
+            correlated=parameters.covariance == "full",
             adaptive=parameters.adaptive_noise,
-            gate=parameters.gate,
+            excludes_outliers=parameters.gate,
             patience=patience if parameters.rebootstrap else np.iinfo(np.int64).max,
         )
 

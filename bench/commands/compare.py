@@ -144,7 +144,7 @@ def command(options: CompareOptions) -> int:
             runs = with_imported(runs, imported_trackers)
         _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
     elif trackers:
-        runs, labels = _run(options, [text for _, text in trackers], imported_trackers)
+        runs, labels = _run(options, [spec for _, spec in trackers], imported_trackers)
     else:
         runs = imported_runs(imported_trackers, options.sequences or "")
     if labels is not None:
@@ -202,9 +202,7 @@ def _trackers(
 
     The tracker of --against is added to the named trackers.
     """
-    trackers = [
-        (label, text) for text in split_list(",".join(options.trackers)) for label in [_label(text)]
-    ]
+    trackers = [(_label(spec), spec) for spec in split_list(",".join(options.trackers))]
     if options.against is None or options.against in imported:
         return trackers, options.against
     against = _label(options.against)
@@ -214,7 +212,7 @@ def _trackers(
 
 
 def _label(spec: str) -> str:
-    """Return the label of a specification; the text itself if there is no such tracker."""
+    """Return the label of a specification, which is its own label if there is no such tracker."""
     from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.trackers import TrackerError
 
@@ -293,6 +291,5 @@ def _write(comparison: "Comparison", folder: Path) -> list[str]:
 
     paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
-    text = f"{paragraph(comparison)}\n"
-    paths.append(write_file(file, text))
+    paths.append(write_file(file, f"{paragraph(comparison)}\n"))
     return list_written_files(paths, file.name)

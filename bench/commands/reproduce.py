@@ -143,9 +143,8 @@ def _write(report: "Report", json_object: Mapping[str, object], folder: Path) ->
     from trackmark.bench.papers.html_page import write_html_page
     from trackmark.bench.papers.markdown_page import write_markdown_page
 
-    text = json.dumps(json_object, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
     write_markdown_page(folder / "report.md", report)
-    write_file(folder / "report.json", text)
+    write_file(folder / "report.json", json.dumps(json_object, indent=1, allow_nan=False))
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

@@ -131,7 +131,7 @@ def _environment() -> Environment:
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
-        "part": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
+        "template_source": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
         "version": package_version(),

@@ -93,20 +93,20 @@ def write_report_page(
     strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
     written.
     """
-    content = _Content(runs, tables, commands)
+    report = _ReportPage(runs, tables, commands)
     chunk_writer = partial(write_chunk, path) if with_full_frames else None
-    page = content.page(title, list(player_sequences(content.page_runs, progress, chunk_writer)))
+    page = report.page(title, list(player_sequences(report.page_runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
 
-        charts = [*content.curves, *content.speed, *content.survival]
-        paths += write_figures(runs, path.parent, figures, title, charts, content.page_runs)
+        charts = [*report.curves, *report.speed, *report.survival]
+        paths += write_figures(runs, path.parent, figures, title, charts, report.page_runs)
     return paths
 
 
-class _Content:
-    """Runs, tables and commands from which the sections of a page are built."""
+class _ReportPage:
+    """Runs, tables and commands from which the sections of a page are report."""
 
     def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
         self.runs, self.commands = runs, commands

@@ -36,8 +36,8 @@ class FeatureWindow(NamedTuple):
     features: Array  # (window rows, window columns, d)
     left: int  # first column of the window in the image
     top: int  # first row
-    rows: int  # of the image
-    columns: int
+    n_rows: int  # of the image
+    n_columns: int
 
 
 def whitening(covariance: Array) -> Array:
@@ -46,17 +46,17 @@ def whitening(covariance: Array) -> Array:
 
 
 def search_bounds(
-    pose: Pose, search_range: float, template_shape: tuple[int, ...], rows: int, columns: int
+    pose: Pose, search_range: float, template_shape: tuple[int, ...], n_rows: int, n_columns: int
 ) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom (exclusive) of the pixels that a search can read."""
     height, width = template_shape[:2]
     scale = WIDEST * min(max(pose.scale, MIN_SCALE), MAX_SCALE)
     half_width = scale * (width - 1) / 2 + search_range + FINEST
     half_height = scale * (height - 1) / 2 + search_range + FINEST
-    left = min(max(floor(pose.x - half_width), 0), columns - 1)
-    top = min(max(floor(pose.y - half_height), 0), rows - 1)
-    right = min(max(ceil(pose.x + half_width) + 1, left + 2), columns)
-    bottom = min(max(ceil(pose.y + half_height) + 1, top + 2), rows)
+    left = min(max(floor(pose.x - half_width), 0), n_columns - 1)
+    top = min(max(floor(pose.y - half_height), 0), n_rows - 1)
+    right = min(max(ceil(pose.x + half_width) + 1, left + 2), n_columns)
+    bottom = min(max(ceil(pose.y + half_height) + 1, top + 2), n_rows)
     return left, top, right, bottom
 
 
@@ -139,7 +139,7 @@ def _search(
 ) -> tuple[Array, float]:
     features = _whiten(unwhitened.features, components, white)
     window = FeatureWindow(
-        features, unwhitened.left, unwhitened.top, unwhitened.rows, unwhitened.columns
+        features, unwhitened.left, unwhitened.top, unwhitened.n_rows, unwhitened.n_columns
     )
     sought = _whiten(template, components, white)
     n = 2 * search_range // 4 + 1
@@ -196,8 +196,8 @@ def _sample(
 ) -> Array:
     d = len(components)
     features = np.empty((height, width, d))
-    across = _axis_positions(pose.x, pose.scale, width, window.columns)
-    along = _axis_positions(pose.y, pose.scale, height, window.rows)
+    across = _axis_positions(pose.x, pose.scale, width, window.n_columns)
+    along = _axis_positions(pose.y, pose.scale, height, window.n_rows)
     for i in range(height):
         nearest_row = int(along[i] + 0.5) - window.top
         for j in range(width):
@@ -225,7 +225,7 @@ def _interpolate(window: FeatureWindow, x: float, y: float, k: int) -> float:
     features = window.features
     left, top = int(x), int(y)
     u, v = x - left, y - top
-    right, bottom = min(left + 1, window.columns - 1), min(top + 1, window.rows - 1)
+    right, bottom = min(left + 1, window.n_columns - 1), min(top + 1, window.n_rows - 1)
     left, right = left - window.left, right - window.left
     top, bottom = top - window.top, bottom - window.top
     upper = (1 - u) * features[top, left, k] + u * features[top, right, k]
@@ -262,8 +262,8 @@ def best_poses(
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
             scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
-            across = _axis_positions(x, scale, width, window.columns)[first::stride]
-            along = _axis_positions(y, scale, height, window.rows)[first::stride]
+            across = _axis_positions(x, scale, width, window.n_columns)[first::stride]
+            along = _axis_positions(y, scale, height, window.n_rows)[first::stride]
             worst = costs[n_poses - 1]
             if bilinear:
                 cost = _bilinear_cost(window, looked_at, components, across, along, cutoff, worst)
@@ -326,13 +326,13 @@ def _bilinear_cost(
         left = int(across[j])
         shares[j] = across[j] - left
         lefts[j] = left - window.left
-        rights[j] = min(left + 1, window.columns - 1) - window.left
+        rights[j] = min(left + 1, window.n_columns - 1) - window.left
     cost = 0.0
     for i in range(len(along)):
         top = int(along[i])
         v = along[i] - top
         above = window.features[top - window.top]
-        below = window.features[min(top + 1, window.rows - 1) - window.top]
+        below = window.features[min(top + 1, window.n_rows - 1) - window.top]
         expected = template[i]
         for j in range(len(lefts)):
             u, left, right = shares[j], lefts[j], rights[j]
