@@ -187,8 +187,10 @@ def _compare(
     excludes_outliers: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; return Σ r r' and number of inliers (without `excludes_outliers`, of all "
-    "pixels)."""
+    """Fill `outliers`; return Σ r r' and the number of its pixels.
+
+    These are the inliers if `excludes_outliers`, otherwise all pixels.
+    """
     height, width, _ = template.shape
     d = len(components)
     products = np.zeros((d, d))
