@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.plugin import close_idle_processes
 from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
@@ -175,7 +175,7 @@ def run(
     experiment = Experiment(
         name=path.name,
         trackers=specs,
-        sequences=tuple(SequenceSource(name) for _, name in selected),
+        sequences=tuple(SequenceSpec(name) for _, name in selected),
         repetitions=repetitions,
         protocol=protocol,
     )
@@ -237,7 +237,7 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
             pairs = [(given, "")]
         else:
             pairs = [
-                (load_sequence(spec), SequenceSource(spec).absolute().text)
+                (load_sequence(spec), SequenceSpec(spec).absolute().spec)
                 for _, spec in _sequence_specs(given)
             ]
         for sequence, source in pairs:

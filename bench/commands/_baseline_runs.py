@@ -15,7 +15,7 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
@@ -32,7 +32,7 @@ class BaselineRunner:
 
     name: str  # name of the results folder
     specs: Mapping[str, str]  # specifications of the trackers, by label
-    sources: Mapping[str, SequenceSource]  # by name of the sequence
+    sources: Mapping[str, SequenceSpec]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(
         default_factory=dict

@@ -16,7 +16,7 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import (
     BaselineRunner,
-    check_entries,
+    check_scores,
     unrepeatable_runs,
     with_failures,
 )
@@ -226,7 +226,7 @@ def _selected(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
     scores = {
         tracker: {
-            name: score for name, score in row.items() if _fits(sequences, name, score.source.text)
+            name: score for name, score in row.items() if _fits(sequences, name, score.source.spec)
         }
         for tracker, row in baseline.scores.items()
         if _fits(trackers, tracker, baseline.specs[tracker])
@@ -284,7 +284,7 @@ def _accept(
 
     tracker, reason = str(options.accept), str(options.reason)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
-    if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
+    if not check_scores(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
     write_baseline(baseline.with_accepted(tracker, result.now, reason, today), path)

@@ -267,7 +267,7 @@ def _print_hints(execution: "Execution") -> None:
         print_hint(
             f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --repetitions 10"
         )
-    specs = [source.text for source in execution.experiment.sequences]
+    specs = [source.spec for source in execution.experiment.sequences]
     formats = {spec: datasets.path_format(spec) for spec in specs}
     for name in filter(None, dict.fromkeys(formats.values())):
         first, *other_specs = [spec for spec in specs if formats[spec] == name]

@@ -27,7 +27,7 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -97,7 +97,7 @@ def command(options: StressOptions) -> int:
         spec for listed in (*options.trackers, options.against) for spec in split_list(listed)
     )
     specs = {tracker.label: spec for spec, tracker in trackers.items()}
-    sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
+    sequences = RunSequences([source.spec for source in matching_sequences(options.sequences)])
     difficulties = {parse_difficulty(text, sequences.sequences): None for text in difficulty_texts}
     if len({difficulty.name for difficulty in difficulties}) < len(difficulties):
         raise click.UsageError(
@@ -150,7 +150,7 @@ class _Runner:
         experiment = Experiment(
             self.options.name,
             tuple(self.specs[label] for label in labels),
-            tuple(map(SequenceSource, sequences)),
+            tuple(map(SequenceSpec, sequences)),
             title="Breaking points",
         )
         try:
@@ -159,7 +159,7 @@ class _Runner:
             )
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
-        specs = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
+        specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}
         runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
         return runs.table, specs
 

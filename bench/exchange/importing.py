@@ -32,7 +32,7 @@ from trackmark.bench.exchange.result_format import (
     ResultSequence,
     abbreviated_list,
 )
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
@@ -63,7 +63,7 @@ def parse_imported_tracker(argument: str) -> ImportedTracker:
 
 
 def open_sequences(
-    sources: Sequence[SequenceSource], on_message: Callable[[str], None]
+    sources: Sequence[SequenceSpec], on_message: Callable[[str], None]
 ) -> list[tuple[ResultSequence, datasets.Sequence]]:
     """Open the sequences of imported results.
 
@@ -72,14 +72,14 @@ def open_sequences(
     """
     opened = []
     for source in sources:
-        sequence = datasets.load(source.text, truth=source.truth)
+        sequence = datasets.load(source.spec, truth=source.truth)
         sequence.check_runnable()
         absolute = source.absolute()
         result_sequence = ResultSequence(
             sequence.name,
             sequence.fingerprint,
             sequence.boxes,
-            absolute.text,
+            absolute.spec,
             str(absolute.truth or ""),
             sequence.image_size,
             sequence.origin.first_pixel,

@@ -52,27 +52,27 @@ class ExperimentError(ValueError):
 
 
 @dataclass(frozen=True)
-class SequenceSource:
+class SequenceSpec:
     """Specification of a sequence.
 
     Attributes
     ----------
-    text : str
+    spec : str
         Name with parameters, or path, as for `datasets.load`.
     truth : Path or None
         Ground-truth file for recorded data without ground truth.
     """
 
-    text: str
+    spec: str
     truth: Path | None = None
 
-    def absolute(self) -> "SequenceSource":
-        """Return the source with absolute paths."""
+    def absolute(self) -> "SequenceSpec":
+        """Return the specification with absolute paths."""
         from trackmark.datasets.catalogue import is_built_in  # a slow import, of all suites
 
-        path = Path(self.text).expanduser()
-        text = self.text if is_built_in(self.text) else str(path.absolute())
-        return SequenceSource(text, self.truth.absolute() if self.truth else None)
+        path = Path(self.spec).expanduser()
+        spec = self.spec if is_built_in(self.spec) else str(path.absolute())
+        return SequenceSpec(spec, self.truth.absolute() if self.truth else None)
 
 
 @dataclass(frozen=True)
@@ -85,7 +85,7 @@ class Experiment:
         Name of the results folder.
     trackers : tuple of str
         Specifications of the trackers.
-    sequences : tuple of SequenceSource
+    sequences : tuple of SequenceSpec
         Sequences; relative paths refer to the current folder.
     repetitions : int
         Number of repetitions of stochastic trackers; other trackers run once.
@@ -103,7 +103,7 @@ class Experiment:
 
     name: str
     trackers: tuple[str, ...]
-    sequences: tuple[SequenceSource, ...]
+    sequences: tuple[SequenceSpec, ...]
     repetitions: int = 1
     repetitions_by_tracker: Mapping[str, int] = field(default_factory=dict)
     is_timing: bool = False
@@ -138,7 +138,7 @@ class Experiment:
             raise ExperimentError(
                 f"{self.name}: no tracker or no sequence is given. Give at least one of each."
             )
-        for names in (self.trackers, [source.text for source in self.sequences]):
+        for names in (self.trackers, [source.spec for source in self.sequences]):
             ((name, count),) = Counter(names).most_common(1)
             if count > 1:
                 raise ExperimentError(f"{self.name}: {quote(name)} is named twice.")
@@ -285,7 +285,7 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
         name=_name_of(path),
         trackers=tuple(spec for spec, _ in trackers),
         sequences=tuple(
-            SequenceSource(spec, None if truth is None else Path(str(truth)))
+            SequenceSpec(spec, None if truth is None else Path(str(truth)))
             for spec, truth in sequences
         ),
         repetitions_by_tracker={

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import RunStatus
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Progress
@@ -19,7 +19,7 @@ _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence 
 
 def write_live_page(
     trackers: Sequence[str],
-    source: SequenceSource,
+    source: SequenceSpec,
     path: Path,
     progress: Progress,
     repetition: int = 0,

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.papers import SETTINGS, ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
 from trackmark.bench.papers.paper import Paper, Sensitivity
@@ -68,7 +68,7 @@ def plan_experiments(
             Experiment(
                 name=name,
                 trackers=tracker_specs,
-                sequences=tuple(map(SequenceSource, scenes)),
+                sequences=tuple(map(SequenceSpec, scenes)),
                 repetitions=repetitions,
                 title=f"{paper.name}: {sequence_names}",
             )

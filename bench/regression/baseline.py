@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
+from trackmark.bench.experiments.experiment import SequenceSpec, check_folder_name, read_toml
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
@@ -56,7 +56,7 @@ class BaselineError(ResultsError):
 class BaselineScore:
     """Runs of a tracker on a sequence by repetition; a deterministic tracker has one run."""
 
-    source: SequenceSource
+    source: SequenceSpec
     fingerprint: str  # digest of pixels and ground truth
     overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
     box_digests: tuple[str, ...]  # empty for a failed run
@@ -147,7 +147,7 @@ def digest(encoded: bytes) -> str:
 
 
 def stored_scores(
-    folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSource]
+    folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSpec]
 ) -> BaselineScores:
     """Return the scores of the stored runs of an experiment.
 
@@ -170,7 +170,7 @@ def stored_scores(
 
 
 def _score(
-    store: RunStore, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
+    store: RunStore, source: SequenceSpec, rows: Sequence[Mapping[str, Any]]
 ) -> BaselineScore:
     overlap, box_digests, failures = [0.0] * len(rows), [""] * len(rows), {}
     for repetition, row in enumerate(rows):
@@ -236,8 +236,8 @@ def _inline(name: str, score: BaselineScore) -> str:
         "overlap": score.overlap,
         "box_digests": score.box_digests,
     }
-    if score.source.text != name:
-        fields["path"] = score.source.text
+    if score.source.spec != name:
+        fields["path"] = score.source.spec
     if score.source.truth is not None:
         fields["truth"] = str(score.source.truth)
     return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in fields.items()) + " }"
@@ -267,7 +267,7 @@ class _FileScore(_Strict):
 
     def baseline_score(self, name: str) -> BaselineScore:
         """Return the score as `BaselineScore`; `name` is the sequence if the file has no path."""
-        source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
+        source = SequenceSpec(self.path or name, Path(self.truth) if self.truth else None)
         return BaselineScore(source, self.fingerprint, tuple(self.overlap), tuple(self.box_digests))
 
 

@@ -17,7 +17,7 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
 from trackmark.bench.evaluation.timed_clips import Clip, Setup
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external.definition import is_external
 from trackmark.bench.regression.baseline import Baseline, BaselineError
@@ -159,9 +159,9 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     return clips
 
 
-def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | None:
+def _clip(source: SequenceSpec, init: str, label: str, stem: Path) -> Clip | None:
     """Write the first frames of a sequence; None if it has one frame."""
-    sequence = datasets.load(source.text, truth=source.truth)
+    sequence = datasets.load(source.spec, truth=source.truth)
     sequence.check_runnable()
     first = sequence.first_frame
     begin, stop = max(0, first - FRAMES), min(first + 1 + FRAMES, len(sequence))

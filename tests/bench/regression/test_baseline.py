@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark import trackers
-from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSpec
 from trackmark.bench.regression.baseline import (
     Baseline,
     BaselineError,
@@ -34,7 +34,7 @@ ENVIRONMENT = {"platform": "Linux x86_64", "numpy": "2.1"}
 
 def entry(overlap=(0.5,) * N_REPETITIONS, path="s0", **options):
     boxes = tuple(f"{repetition:08x}" for repetition in range(len(overlap)))
-    return BaselineScore(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
+    return BaselineScore(SequenceSpec(path, **options), "9f31c2aa", tuple(overlap), boxes)
 
 
 def baseline(**entries):
@@ -72,7 +72,7 @@ def test_control_character_in_a_text_is_read_unchanged(tmp_path, sign):
     stored = stored.with_accepted("mine", stored.scores, f"because {sign}", "2026-11-22")
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.scores["mine"][name].source.text == f"data/{name}"
+    assert read.scores["mine"][name].source.spec == f"data/{name}"
     assert read.accepted[0]["reason"] == f"because {sign}"
 
 

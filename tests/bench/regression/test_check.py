@@ -7,7 +7,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.regression.baseline import Baseline, BaselineScore
 from trackmark.bench.regression.check import (
     changed_sequences,
@@ -35,7 +35,7 @@ def entry(overlap, version="0", same=(), failures=()):
         boxes[repetition] = ""
     reasons = dict.fromkeys(failures, "IndexError: index 64 is out of bounds")
     numbers = tuple(float(value) for value in np.round(overlap, 5))
-    return BaselineScore(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
+    return BaselineScore(SequenceSpec("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
 
 
 def baseline(entries):
