@@ -215,13 +215,13 @@ def _listed(sequences: Any) -> list[Any]:
 
 def _sequence_specs(sequences: Any) -> Iterator[tuple[str, str]]:
     """Yield each text or path of an argument with each sequence that it selects."""
-    for given in _listed(sequences):
-        if not isinstance(given, str | Path):
+    for item in _listed(sequences):
+        if not isinstance(item, str | Path):
             raise TypeError(
-                f"{value_text(given)} is not a name or path of a sequence. trackmark.evaluate also "
+                f"{value_text(item)} is not a name or path of a sequence. trackmark.evaluate also "
                 "takes a Sequence."
             )
-        spec = str(given.expanduser().absolute()) if isinstance(given, Path) else given
+        spec = str(item.expanduser().absolute()) if isinstance(item, Path) else item
         for name in datasets.matching(spec):
             yield spec, name
 
@@ -232,13 +232,13 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
     Raises `SequenceError` for two different sequences of one name.
     """
     opened: dict[str, tuple[Sequence, str]] = {}
-    for given in _listed(sequences):
-        if isinstance(given, Sequence):
-            pairs = [(given, "")]
+    for item in _listed(sequences):
+        if isinstance(item, Sequence):
+            pairs = [(item, "")]
         else:
             pairs = [
                 (load_sequence(spec), SequenceSpec(spec).absolute().spec)
-                for _, spec in _sequence_specs(given)
+                for _, spec in _sequence_specs(item)
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))

@@ -184,7 +184,7 @@ def _score(source: SequenceSpec, runs: Sequence[RunWithTruth]) -> BaselineScore:
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap[repetition] = round(score, DECIMALS)
+        overlap[repetition] = round(overlap_of_run, DECIMALS)
         box_digests[repetition] = box_digest(run.boxes)
     fingerprint = digest(runs[0].row["fingerprint"].encode())
     return BaselineScore(source, fingerprint, tuple(overlap), tuple(box_digests), failures)
@@ -413,6 +413,6 @@ def _location(keys: Sequence[int | str]) -> str:
 
 
 def _refuse(path: Path, location: str, value: object, expected: str) -> NoReturn:
-    shown = repr(value)
-    shown = shown if len(shown) <= 80 else f"{shown[:77]}..."
-    raise BaselineError(f"{path}: {location}: {shown}. {expected} {_REMEDY}")
+    printed = repr(value)
+    printed = printed if len(printed) <= 80 else f"{printed[:77]}..."
+    raise BaselineError(f"{path}: {location}: {printed}. {expected} {_REMEDY}")

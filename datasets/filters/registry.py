@@ -82,8 +82,8 @@ def split_filters(spec: str) -> tuple[str, dict[str, float]]:
             if name in values:
                 raise SequenceError(f"{quote(spec)}: {quote(key)} is given twice.")
             values[name] = _checked(spec, name, value)
-    kept = [option for option in options if not option.startswith(PREFIX)]
-    return ":".join([name_of_sequence, *kept]), values
+    other_options = [option for option in options if not option.startswith(PREFIX)]
+    return ":".join([name_of_sequence, *other_options]), values
 
 
 def _checked(spec: str, name: str, value: str) -> float:

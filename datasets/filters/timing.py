@@ -73,8 +73,8 @@ def step(sequence: Sequence, value: float, draw: int) -> Sequence:
             f"{sequence.name}: filter.step={int(value)} leaves only the first of {len(sequence)} "
             "frames. Use a smaller step."
         )
-    shown = np.concatenate([forwards, forwards[-2:0:-1]])
-    return _reordered(sequence, np.resize(shown, len(sequence)))
+    frames = np.concatenate([forwards, forwards[-2:0:-1]])
+    return _reordered(sequence, np.resize(frames, len(sequence)))
 
 
 def _reordered(sequence: Sequence, frames: NDArray[np.int64]) -> Sequence:

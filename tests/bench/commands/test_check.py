@@ -368,7 +368,7 @@ def restricted(baseline, first):
         }
         for tracker, row in baseline.scores.items()
     }
-    return replace(baseline, entries=entries, n_repetitions=N_REPETITIONS)
+    return replace(baseline, scores=entries, n_repetitions=N_REPETITIONS)
 
 
 @pytest.mark.slow
