@@ -102,7 +102,7 @@ def test_failed_run_counts_as_one_without_boxes():
     ("text", "message"),
     [
         ("keep", "unknown measure 'keep'"),
-        ("kept:first=3", "no option 'first'"),
+        ("kept_to_end:first=3", "no option 'first'"),
         ("on_target:first=one", "should be a valid integer"),
         ("measure", "unknown measure"),
     ],
