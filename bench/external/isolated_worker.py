@@ -19,6 +19,7 @@ import traceback
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -51,6 +52,7 @@ class IsolatedTrackers:
         self._clock = CallClock()
         self._tracker: Any = None
         self._generators = GlobalGenerators(0)
+        cv2.setNumThreads(1)  # as in a worker: several processes share the cores
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation.
