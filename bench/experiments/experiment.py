@@ -29,6 +29,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trackmark.datasets.catalogue import is_built_in
 from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import format_text, name_hint
 
@@ -68,8 +69,6 @@ class SequenceSource:
 
     def absolute(self) -> "SequenceSource":
         """Return the source with absolute paths."""
-        from trackmark.datasets.catalogue import is_built_in  # a slow import, of all suites
-
         path = Path(self.text).expanduser()
         text = self.text if is_built_in(self.text) else str(path.absolute())
         return SequenceSource(text, self.truth.absolute() if self.truth else None)
