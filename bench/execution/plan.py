@@ -11,8 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.recorder import segment_frames
+from trackmark.bench.evaluation.ground_truth import segment_frames, select_ground_truth
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING

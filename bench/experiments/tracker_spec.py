@@ -13,14 +13,8 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.external.definition import is_external, open_external, split_table
-from trackmark.bench.external.isolated import (
-    FRAME_SECONDS,
-    IsolatedFactory,
-    describe_isolated,
-    open_isolated,
-)
-from trackmark.bench.external.plugin import ExternalPlugin, close_idle_processes
+from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
+from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
@@ -132,6 +126,9 @@ class TrackerSpec:
 
         Trackers in other environments have such a process already, with limits of their own.
         """
+        # A command loads the modules of processes only for a tracker that needs a process.
+        from trackmark.bench.external.isolated import IsolatedFactory
+
         make = self.make
         if self.is_isolated and not isinstance(make, IsolatedFactory):
             return self
@@ -285,6 +282,21 @@ def _from_text(text: str) -> TrackerSpec:
     name, options = split_text(text)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
+    if is_external(name, options) or is_outside(name):
+        return _from_outside(name, options, init)
+    specification = trackers.resolve(name, **options)
+    spec = _from_specification(specification, init)
+    uses_process = specification.randomness is Randomness.PROCESS
+    return spec.isolated(FRAME_SECONDS) if uses_process else spec
+
+
+def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
+    """Return a tracker that is not part of the package; its process is started once."""
+    # A command loads the modules of processes only for a tracker that needs a process.
+    from trackmark.bench.external.definition import open_external
+    from trackmark.bench.external.isolated import open_isolated
+    from trackmark.bench.external.plugin import ExternalPlugin
+
     if is_external(name, options):
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
@@ -292,18 +304,13 @@ def _from_text(text: str) -> TrackerSpec:
         spec = _from_specification(specification, init, call_seconds=max(limits))
         vars(spec)["version"] = plugin.version  # value of the `cached_property`
         return spec
-    if is_outside(name):
-        factory, fields = open_isolated(name, options)
-        # A file that defines one tracker can omit the class from the name.
-        class_name = fields.pop("class_name")
-        named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
-        return _make_spec(
-            **fields, init=init, make=factory, class_name="" if named else class_name
-        ).isolated(FRAME_SECONDS)
-    specification = trackers.resolve(name, **options)
-    spec = _from_specification(specification, init)
-    uses_process = specification.randomness is Randomness.PROCESS
-    return spec.isolated(FRAME_SECONDS) if uses_process else spec
+    factory, fields = open_isolated(name, options)
+    # A file that defines one tracker can omit the class from the name.
+    class_name = fields.pop("class_name")
+    named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
+    return _make_spec(
+        **fields, init=init, make=factory, class_name="" if named else class_name
+    ).isolated(FRAME_SECONDS)
 
 
 def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
@@ -358,6 +365,9 @@ def describe_tracker(text: str) -> dict[str, Any]:
 
     `text` is a name; only a tracker in another environment needs its options.
     """
+    from trackmark.bench.external.definition import open_external
+    from trackmark.bench.external.isolated import describe_isolated
+
     name, options = split_text(text)
     try:
         if is_external(name, options):

@@ -19,7 +19,7 @@ from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interl
 from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
-from trackmark.bench.external.definition import is_external
+from trackmark.bench.external import is_external
 from trackmark.bench.regression.baseline import Baseline, BaselineError
 from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
