@@ -9,13 +9,18 @@ from pathlib import Path
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.analysis.by_metrics import measures_of, metrics_for
+from trackmark.bench.analysis.by_metrics import metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
-from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
+from trackmark.bench.analysis.run_tables import (
+    mean_table,
+    measures_of,
+    undefined_notes,
+    without_undefined,
+)
 from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol

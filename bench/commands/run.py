@@ -227,7 +227,6 @@ def _print_scores(
     runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
 ) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
-    from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
     lines: list[str] = []
@@ -240,6 +239,8 @@ def _print_scores(
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
         others = [name for name in metrics if not lines or options.verbose or name != "native"]
         if others and not (options.quiet and lines):
+            from trackmark.bench.analysis.by_metrics import summary_text
+
             text = summary_text(runs, others, only_means=not options.verbose)
             tables = text.splitlines()
             lines += [*([""] if lines and tables else []), *tables]
