@@ -17,15 +17,14 @@ from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker,
 from trackmark.bench.external.isolated import IsolatedFactory
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
-    PLUGIN_MODULE,
     check_name,
     names,
     resolve_plugin,
-    validate_plugin,
 )
 from trackmark.trackers.base.estimate_check import value_text
 from trackmark.trackers.base.plain import to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
+from trackmark.trackers.base.tracker_files import PLUGIN_MODULE, validate_plugin
 
 
 def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> list[TrackerSpec]:
