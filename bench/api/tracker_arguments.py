@@ -4,6 +4,7 @@ import ast
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MethodType
@@ -40,7 +41,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
         if not isinstance(tracker, str | Path):
             if not isinstance(tracker, type) and not missing_methods(tracker):
                 owners.add(tracker, spec.label, is_new=True)
-            spec = spec.changed(make=partial(owners.create, spec))
+            spec = replace(spec, make=partial(owners.create, spec))
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
         if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
@@ -49,7 +50,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
+    return [replace(spec, base_seed=base_seed) for _, spec in by_label.values()]
 
 
 class _Owners:
@@ -144,7 +145,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
 def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return spec.changed(label=name) if name else spec
+        return replace(spec, label=name) if name else spec
     try:
         is_class, missing = isinstance(tracker, type), missing_methods(tracker)
     except ValueError as error:

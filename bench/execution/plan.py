@@ -151,7 +151,7 @@ class Plan:
         rows = list(rows)
         drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
         trackers = {
-            text: spec.changed(randomness=Randomness.PROCESS)
+            text: replace(spec, randomness=Randomness.PROCESS)
             if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew
             else spec
             for text, spec in self.trackers.items()
