@@ -144,6 +144,8 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
     Raises `ExperimentError` for several names, which can result from an unquoted pattern.
     """
+    if not names:
+        return None
     built_in = experiment_names()
     paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
     if has_options and paths and Path(paths[0]).exists():
@@ -153,7 +155,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
         )
     if len(names) > 1:
         raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
-    return read_experiment(names[0]) if names else None
+    return read_experiment(names[0])
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
