@@ -58,6 +58,7 @@ from trackmark.trackers.base.call_clock import (
     device_name,
     synchronise,
 )
+from trackmark.trackers.base.catalogue import run_seed
 from trackmark.trackers.base.estimate_check import (
     MalformedEstimateError,
     read_box,
@@ -65,7 +66,6 @@ from trackmark.trackers.base.estimate_check import (
     value_text,
 )
 from trackmark.trackers.base.plain import seed_number
-from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 R = TypeVar("R")

@@ -32,8 +32,7 @@ from trackmark.bench.statistics.speed import (
 )
 from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.reports.tables import MISSING, Cell, Table
-from trackmark.trackers.base.catalogue import in_file, is_outside
-from trackmark.trackers.base.seeds import run_seed
+from trackmark.trackers.base.catalogue import in_file, is_outside, run_seed
 
 CLIPS = 4
 """Number of evenly spread sequences of a tracker on which it is timed."""

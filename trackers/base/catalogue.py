@@ -6,6 +6,7 @@ import importlib.util
 import inspect
 import re
 import sys
+import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
@@ -22,7 +23,6 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
@@ -145,6 +145,20 @@ def create(
         )
     run = specification.name, sequence.name, repetition
     return specification.create(run_seed(*run, base=seed))
+
+
+def run_seed(
+    name: str, sequence: str, repetition: int, restarts: int = 0, base: int | None = None
+) -> np.random.SeedSequence:
+    """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
+
+    Trackers of equal name get the same random numbers. Other trackers have no influence. `restarts`
+    is the number of trackers that the protocol has started earlier in the run. `base` selects other
+    random numbers for all runs.
+    """
+    key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
+    entropy = repetition if base is None else [base, repetition]
+    return np.random.SeedSequence(entropy, spawn_key=(*key, restarts) if restarts else key)
 
 
 def resolve(name: str, **parameters: Any) -> Specification:
