@@ -19,7 +19,6 @@ from trackmark.bench.analysis.score_tables import (
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
-    time_mark,
     time_notes,
     with_fps,
     with_times,
@@ -123,7 +122,7 @@ def tables(runs: Runs, title: str = "") -> list[Table]:
     notes = not_repeatable(runs.table).values()
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     for table in _table_of("times", timed, TIMES, f"{title}, timing runs"):
-        marked = with_fps(table, time_mark(timed))
+        marked = with_fps(table, timed)
         result.append(replace(marked, notes=[*table.notes, *time_notes(timed)]))
     return result
 
@@ -176,28 +175,28 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
-    runs, measures, mark, notes = _summary_input(scored, timed)
-    table = with_fps(mean_table(runs, measures, title, DEFAULT_METRICS), mark)
+    runs, measures, measured, notes = _summary_input(scored, timed)
+    table = with_fps(mean_table(runs, measures, title, DEFAULT_METRICS), measured)
     return replace(table, notes=[*table.notes, *notes])
 
 
-def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, str]:
-    """Return the content of `summary_of`, without its texts, and the mark of the times."""
-    runs, measures, mark, notes = _summary_input(scored, timed)
+def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, pd.DataFrame]:
+    """Return the content of `summary_of`, without its texts, and the runs that have its times."""
+    runs, measures, measured, notes = _summary_input(scored, timed)
     runs, _ = _with_units(runs)
     data, failures = mean_scores(runs, measures, uncertainty_of)
-    return MeanScores(data, [*failures, *notes]), mark
+    return MeanScores(data, [*failures, *notes]), measured
 
 
 def _summary_input(
     scored: pd.DataFrame, timed: pd.DataFrame
-) -> tuple[pd.DataFrame, tuple[ScoreMeasure, ...], str, list[str]]:
-    """Return runs with times and measures of a summary, the mark of the times, and notes."""
+) -> tuple[pd.DataFrame, tuple[ScoreMeasure, ...], pd.DataFrame, list[str]]:
+    """Return runs and measures of a summary, the runs that have its times, and notes."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
     measures = (*SUMMARY, *_mask_columns(scored), TIME)
     notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
-    return runs, measures, time_mark(measured), notes
+    return runs, measures, measured, notes
 
 
 def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
