@@ -27,15 +27,10 @@ from trackmark.bench.external.process import exception_text
 from trackmark.bench.external.worker import read_array, write_arrays
 from trackmark.bench.machine_errors import machine_fault
 from trackmark.trackers import Estimate, TrackerError
-from trackmark.trackers.base.call_clock import CallClock, SelfTimed, device_name, synchronise
-from trackmark.trackers.base.estimate_check import (
-    MalformedEstimateError,
-    read_box,
-    read_estimate,
-    value_text,
-)
+from trackmark.trackers.base.call_clock import CallClock, device_name, synchronise
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 from trackmark.trackers.base.global_generators import GlobalGenerators
-from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.plain import PlainTracker, read_answer, seed_number
 
 OPTIONAL_METHODS = ("watch", "finish", "maps")
 
@@ -113,25 +108,27 @@ class IsolatedTrackers:
     def init(self, pixels: Any, box: Sequence[float]) -> dict[str, Any]:
         """Initialise the tracker."""
         image, mask = self._read([*pixels, None])[:2]
-        return self._call(self._tracker.init, image, np.array(box, np.float64), mask)[1]
+        values = np.array(box, np.float64)
+        if isinstance(tracker := self._tracker, PlainTracker):
+            return self._call(tracker.plain_init, tracker.convert(image), values, mask)[1]
+        return self._call(tracker.init, image, values, mask)[1]
 
     def update(self, pixels: Any, keeps_arrays: bool) -> dict[str, Any]:
         """Return the estimate of the tracker."""
         (image,) = self._read(pixels)
         shape = image.shape
-        estimate, answer = self._call(self._tracker.update, image)
-        if not isinstance(estimate, Estimate):
-            raise MalformedEstimateError(
-                f"update returned {value_text(estimate)}. Expected: an Estimate"
-            )
-        fields = read_estimate(estimate, shape)
-        if estimate.box is None and estimate.visible:
-            read_box(estimate.box)  # raises the error: only a lost target has no box
-        if estimate.revised:
-            answer["revised"] = list(estimate.revised.items())
+        if isinstance(tracker := self._tracker, PlainTracker):
+            estimate, answer = self._call(tracker.plain.update, tracker.convert(image))
+        else:
+            estimate, answer = self._call(tracker.update, image)
+        fields = read_answer(tracker, estimate, shape)
         arrays = {} if fields["mask"] is None else {"mask": fields.pop("mask")}
-        if keeps_arrays:
-            arrays |= {f"arrays.{key}": np.array(value) for key, value in estimate.arrays.items()}
+        if isinstance(estimate, Estimate):
+            if estimate.revised:
+                answer["revised"] = list(estimate.revised.items())
+            if keeps_arrays:
+                named = estimate.arrays.items()
+                arrays |= {f"arrays.{key}": np.array(value) for key, value in named}
         return answer | {"estimate": fields | {"mask": None}} | self._write(arrays)
 
     def maps(self, pixels: Any) -> dict[str, Any]:
@@ -164,10 +161,7 @@ class IsolatedTrackers:
         with self._generators:
             self._clock.start()
             result = method(*arguments)
-            if isinstance(self._tracker, SelfTimed):
-                time = self._tracker.call_time
-            else:
-                synchronise(self._tracker)
-                time = self._clock.stop()
+            synchronise(getattr(self._tracker, "plain", self._tracker))
+            time = self._clock.stop()
         device = device_name(self._tracker)
         return result, {"time": time, "device": device, "drawn": self._generators.drawn}
