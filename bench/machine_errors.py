@@ -68,13 +68,3 @@ def temporary_file() -> IO[bytes]:
             raise MachineError(f"{error.strerror}. {_ADVICE[error.errno]}.") from error
         raise no_room(error.strerror or str(error)) from error
     return file
-
-
-def check_room(file: IO[bytes]) -> None:
-    """Raise `MachineError` if the disk of a temporary file is full; the file is emptied."""
-    try:
-        os.ftruncate(file.fileno(), 0)
-        os.pwrite(file.fileno(), b"\0" * (1 << 16), 0)
-        os.ftruncate(file.fileno(), 0)
-    except OSError as error:
-        raise no_room(error.strerror or str(error)) from error

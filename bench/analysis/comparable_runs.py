@@ -3,7 +3,6 @@
 from collections import Counter, defaultdict
 from collections.abc import Sequence
 from dataclasses import replace
-from functools import cache
 from itertools import combinations, product
 from math import inf
 from numbers import Real
@@ -136,11 +135,6 @@ def same_boxes(runs: Runs, protocol: str = ONE_PASS) -> Counter[tuple[str, str]]
     Sequences whose overlap is undefined are not counted: they have no estimates to compare. Raises
     `ResultsError` if a file is damaged.
     """
-
-    @cache
-    def boxes(tracker: str, sequence: str, repetition: int) -> NDArray[np.float64]:
-        return np.round(runs.run((tracker, sequence, repetition, protocol)).boxes, DECIMALS)
-
     columns = ["sequence", "tracker", "repetition", "mean_overlap", "centre_error"]
     table = runs.table
     finished = table[(table["protocol"] == protocol) & (table["status"] == "finished")]
@@ -149,16 +143,27 @@ def same_boxes(runs: Runs, protocol: str = ONE_PASS) -> Counter[tuple[str, str]]
     scores: defaultdict[str, dict[str, dict[int, list[float]]]] = defaultdict(dict)
     for sequence, tracker, repetition, *run_scores in rows.itertuples(index=False, name=None):
         scores[sequence].setdefault(tracker, {})[repetition] = run_scores
-    same: Counter[tuple[str, str]] = Counter()
-    for sequence, by_tracker in scores.items():
-        for first, second in combinations(by_tracker, 2):
-            # Only runs with equal scores can have equal boxes; other runs are not read.
-            same[first, second] += by_tracker[first] == by_tracker[second] and all(
-                np.array_equal(
-                    boxes(first, sequence, repetition),
-                    boxes(second, sequence, repetition),
-                    equal_nan=True,
-                )
-                for repetition in by_tracker[first]
-            )
-    return +same
+    # Only runs with equal scores can have equal boxes; other runs are not read.
+    equal = [
+        (sequence, *pair)
+        for sequence, by_tracker in scores.items()
+        for pair in combinations(by_tracker, 2)
+        if by_tracker[pair[0]] == by_tracker[pair[1]]
+    ]
+    compared = {(tracker, sequence) for sequence, *pair in equal for tracker in pair}
+    stored = (
+        row
+        for row in runs.evaluated_rows(protocol=protocol)
+        if row["status"] == "finished" and (row["tracker"], row["sequence"]) in compared
+    )
+    boxes: defaultdict[tuple[str, str], dict[int, NDArray[np.float64]]] = defaultdict(dict)
+    for row, run, _ in runs.read(stored):
+        boxes[row["tracker"], row["sequence"]][row["repetition"]] = np.round(run.boxes, DECIMALS)
+    return Counter(
+        (first, second)
+        for sequence, first, second in equal
+        if all(
+            np.array_equal(array, boxes[second, sequence][repetition], equal_nan=True)
+            for repetition, array in boxes[first, sequence].items()
+        )
+    )

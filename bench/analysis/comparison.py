@@ -5,7 +5,7 @@ sequence, not by repetition, because equal repetitions have no common effect on 
 """
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import inf, nan
 from pathlib import Path
@@ -26,7 +26,7 @@ from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.families import Families
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
-from trackmark.bench.analysis.times import TIME, clock_of, time_mark, time_notes, with_times
+from trackmark.bench.analysis.times import TIME, clock_of, time_marks, time_notes, with_times
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
@@ -106,7 +106,8 @@ class Comparison:
     left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
-    time_mark: str = ""  # mark of the times per frame; see `reporting.times`
+    # mark of the time per frame by tracker; see `analysis.times`
+    time_marks: Mapping[str, str] = field(default_factory=dict)
     time_notes: Sequence[str] = ()
     undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
 
@@ -322,7 +323,7 @@ def compare_trackers(
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
         undefined=undefined,
-        time_mark=time_mark(measured),
+        time_marks=time_marks(measured),
         time_notes=time_notes(measured),
     )
 

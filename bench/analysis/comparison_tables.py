@@ -163,12 +163,13 @@ def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
 def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
     """Return the cells of a tracker; its time has a number of digits."""
     remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
+    time_mark = comparison.time_marks.get(standing.tracker, "")
     return [
         Cell(standing.tracker + remark),
         Cell(_number(comparison, standing.mean), standing.is_unbeaten),
         Cell(_interval(comparison, standing.interval)),
         Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
-        Cell(time_text(standing.ms_per_frame, comparison.time_mark, digits)),
+        Cell(time_text(standing.ms_per_frame, time_mark, digits)),
         Cell(fps_text(standing.ms_per_frame)),
     ]
 

@@ -24,7 +24,7 @@ from trackmark.bench.analysis.times import (
     TIMES,
     clock_of,
     fps_text,
-    time_mark,
+    time_marks,
     time_notes,
     time_text,
     with_fps,
@@ -85,7 +85,7 @@ def summarise(runs: Runs) -> RunSummary | None:
     return RunSummary(
         answered,
         failure_lines(scored, runs.folder),
-        _table(by_tracker, time_mark(measured), notes),
+        _table(by_tracker, time_marks(measured), notes),
         [*not_repeatable(runs.table).values()],
     )
 
@@ -123,7 +123,7 @@ def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
     return (entry["low"], entry["high"]) if isfinite(entry["low"]) else None
 
 
-def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
+def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]) -> Table:
     """Return the short table; a narrow terminal shows no bar, a narrower one no centre error."""
     rows = []
 
@@ -143,7 +143,7 @@ def _table(means: MeansByTracker, mark: str, notes: Sequence[str]) -> Table:
             "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
             _number(100 * values["success_rate"], ".0f", " %"),
             _number(values["centre_error"], ".1f", " px"),
-            time_text(values[TIME.name], mark),
+            time_text(values[TIME.name], marks.get(name, "")),
             fps_text(values[TIME.name]),
         ]
         rows.append([Cell(text) for text in texts])
@@ -163,9 +163,8 @@ def summarise_times(runs: Runs) -> list[str]:
     """Return lines on timing runs: the fastest tracker, and a table of the times."""
     timed = runs.timed
     lines = failure_lines(timed, runs.folder)
-    mark, notes = time_mark(timed), time_notes(timed)
-    table = replace(with_fps(mean_table(timed, TIMES, "", DEFAULT_METRICS), mark), caption="")
-    table = replace(table, notes=[*table.notes, *notes])
+    table = with_fps(mean_table(timed, TIMES, "", DEFAULT_METRICS), timed)
+    table = replace(table, caption="", notes=[*table.notes, *time_notes(timed)])
     times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
     if times.empty:
         sentence = "There is no answer: the timing runs failed."

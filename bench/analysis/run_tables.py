@@ -12,7 +12,6 @@ from trackmark.bench.analysis.score_tables import Uncertainty, sequence_table, s
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
-    time_mark,
     time_notes,
     with_fps,
     with_times,
@@ -92,7 +91,7 @@ def tables(runs: Runs, title: str = "") -> list[Table]:
     notes = not_repeatable(runs.table).values()
     result = [replace(table, notes=[*table.notes, *notes]) for table in result]
     for table in _table_of("times", timed, TIMES, f"{title}, timing runs"):
-        marked = with_fps(table, time_mark(timed))
+        marked = with_fps(table, timed)
         result.append(replace(marked, notes=[*table.notes, *time_notes(timed)]))
     return result
 
@@ -148,7 +147,7 @@ def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
     table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, DEFAULT_METRICS)
-    table = with_fps(table, time_mark(measured))
+    table = with_fps(table, measured)
     notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
     return replace(table, notes=[*table.notes, *notes])
 

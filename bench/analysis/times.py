@@ -75,6 +75,11 @@ def time_mark(runs: pd.DataFrame) -> str:
     return APPROXIMATE if runs[TIME.name].notna().any() else ""
 
 
+def time_marks(runs: pd.DataFrame) -> dict[str, str]:
+    """Return the mark of the times of each tracker."""
+    return {str(name): time_mark(group) for name, group in runs.groupby("tracker", observed=True)}
+
+
 def time_notes(runs: pd.DataFrame) -> list[str]:
     """Return notes for tables and charts with the times of runs: machine, clocks, peculiarities."""
     texts = ["clock", "machine", "time_note"]
@@ -138,14 +143,20 @@ def _fps(milliseconds: float) -> str:
     return f"{rate:.0f}" if rate >= 100 else f"{rate:.1f}"
 
 
-def with_fps(table: Table, mark: str = "") -> Table:
-    """Insert the column `fps` after `ms/frame`, and put a mark before the times."""
-    column = table.headings.index(TIME.heading)
+def with_fps(table: Table, measured: pd.DataFrame) -> Table:
+    """Insert the column `fps` after `ms/frame`, and put marks before the times.
+
+    `measured`: the runs that have these times.
+    """
+    column, labels = table.headings.index(TIME.heading), table.headings[: table.n_labels]
+    marks = {key: time_mark(runs) for key, runs in measured.groupby(labels, observed=True)}
     times = table.data[table.data["measure"] == TIME.name]  # one value per row of the table
     rows = []
-    for cells, mean in zip(table.rows, times["mean"].tolist(), strict=True):
+    keys = times[labels].itertuples(index=False, name=None)
+    for cells, key, mean in zip(table.rows, keys, times["mean"].tolist(), strict=True):
         time = cells[column]
-        time = replace(time, text=f"{mark}{time.text}") if isfinite(mean) else time
+        if isfinite(mean):
+            time = replace(time, text=f"{marks.get(key, '')}{time.text}")
         rows.append([*cells[:column], time, Cell(_fps(mean)), *cells[column + 1 :]])
     gaps = ["standard_deviation", "low", "high"]
     fps = times.assign(measure="fps", mean=1e3 / times["mean"], **dict.fromkeys(gaps, np.nan))

@@ -15,10 +15,7 @@ from trackmark.bench.exchange.names import file_name
 from trackmark.bench.exchange.result_format import ExchangeError, ResultRows, SegmentRows
 from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.data_frames import rows_in_order
-from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.store.runs import Runs
 
 
 def export_results(
@@ -45,10 +42,10 @@ def export_results(
     exists, the format cannot represent the runs or the protocol is unknown. Raises `ResultsError`
     or `OSError` if a file cannot be read or written.
     """
-    result_format, store = find_format(format_name), RunStore(experiment)
+    result_format, runs = find_format(format_name), Runs.open(experiment)
     rows = [
         row
-        for row in rows_in_order(store)
+        for row in runs.rows
         if row["protocol"] == parse_protocol(protocol).key
         and fnmatchcase(row["tracker"], tracker)
         and fnmatchcase(row["sequence"], sequence)
@@ -60,11 +57,8 @@ def export_results(
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
     texts: dict[Path, str] = {}
     first_pixels = set()
-    for row in exported:
-        run = store.read(run_key(row))
-        first_pixel = origin
-        if first_pixel is None:
-            first_pixel = read_truth(experiment, row["sequence"], row["fingerprint"]).first_pixel
+    for row, run, truth in runs.read(exported):
+        first_pixel = truth.first_pixel if origin is None else origin
         first_pixels.add(first_pixel)
         folder = target / file_name(row["tracker"])
         files = _run_texts(run, _run_rows(run, first_pixel, trajectory), format_name, folder)

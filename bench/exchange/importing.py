@@ -94,7 +94,7 @@ def sequences_of(runs: Runs) -> list[ResultSequence]:
     """Return the sequences of runs."""
     sequences = []
     for name, row in {row["sequence"]: row for row in runs.evaluated_rows()}.items():
-        truth = runs.truth(row)
+        truth = runs.truths[name, row["fingerprint"]]
         source, further = (row["source"], row["truth"]), (truth.image_size, truth.first_pixel)
         sequences.append(ResultSequence(name, row["fingerprint"], truth.boxes, *source, *further))
     return sequences
@@ -152,10 +152,7 @@ def with_imported_runs(
     if both := stored_trackers & {tracker.tracker for tracker in trackers}:
         raise name_collision(runs.folder, min(both))
     imported = read_runs(trackers, sequences_of(runs), on_message)
-    truths = {
-        (row["sequence"], row["fingerprint"]): runs.truth(row) for row in runs.evaluated_rows()
-    }
-    return runs + Runs.in_memory(imported, truths)
+    return runs + Runs.in_memory(imported, runs.truths)
 
 
 def name_collision(folder: Path | None, tracker: str) -> ExchangeError:

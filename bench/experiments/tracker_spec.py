@@ -274,13 +274,6 @@ def run_identity(
     )
 
 
-def planned_values(identity: Identity) -> dict[str, Any]:
-    """Return the values of a run's identity that a worker process must find again."""
-    names = ("tracker", "parameters", "tracker_code")
-    values = {name: getattr(identity, name) for name in names}
-    return json.loads(json.dumps(values))  # type: ignore[no-any-return]  # as after a transfer
-
-
 def _from_text(text: str) -> TrackerSpec:
     name, options = split_text(text)
     # The initialisation is a choice of the harness, not a parameter of the tracker.

@@ -14,6 +14,7 @@ from urllib.parse import unquote
 import numpy as np
 
 from trackmark.bench.external.plugin import RemoteTracker
+from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.trax import (
     MARK,
     format_message,
@@ -52,9 +53,8 @@ def serve(
         for answer in _states(make, requests):
             _write(answers, answer)
     except Exception as error:
-        # The first line suffices: further ones are the stack and the output of a process.
-        first = str(error).partition("\n")[0]
-        reason = first if isinstance(error, TrackerError) else f"{type(error).__name__}: {first}"
+        is_known = type(error) in (ClientError, ExternalTrackerError, TrackerError)
+        reason = str(error) if is_known else f"{type(error).__name__}: {error}"
         with suppress(ClientError):  # the reason of the end may be that the client is gone
             _write(answers, format_message("quit", **{"trax.reason": reason[:MAX_REASON]}))
         raise

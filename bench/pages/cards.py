@@ -36,13 +36,13 @@ def leaderboard(
     summary: Table,
     runs: PageRuns,
     notes: Mapping[str, str],
-    time_mark: str,
+    time_marks: Mapping[str, str],
     time_notes: Sequence[str],
 ) -> Markup:
     """Return the trackers by mean overlap.
 
     Scores and times come from `summary`, the table of means. `notes` gives the text for trackers
-    with failed runs. For `time_mark` and `time_notes`, see `bench.analysis.times`.
+    with failed runs. For `time_marks` and `time_notes`, see `bench.analysis.times`.
     """
     rows: list[dict[str, Any]] = []
     for tracker, measures in means_by_tracker(summary).items():
@@ -57,7 +57,7 @@ def leaderboard(
                 "overlap": measures["mean_overlap"],
                 "success": success,
                 "error": error,
-                "time": time_text(time, time_mark),
+                "time": time_text(time, time_marks.get(tracker, "")),
                 "fps": fps_text(time),
                 "position": runs.worst_position(tracker, None, "overlap"),
                 "note": notes.get(tracker, "").partition(" (")[0],

@@ -21,7 +21,7 @@ from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import with_not_run
-from trackmark.bench.analysis.times import time_mark, time_notes, with_times
+from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
     leaderboard,
@@ -128,10 +128,10 @@ class _Content:
         self.comparison, self.answer = self._compare()
         self.curves = share_charts(self.page_runs, self.whole)
         self.speed: list[Any] = []
-        self.time_mark, self.time_notes = "", []
+        self.time_marks, self.time_notes = dict[str, str](), []
         if self.summary is not None:
             _, measured = with_times(self.scored, self.timed)
-            self.time_mark, self.time_notes = time_mark(measured), time_notes(measured)
+            self.time_marks, self.time_notes = time_marks(measured), time_notes(measured)
             self.speed = speed_charts(self.summary, self.page_runs)
         self.survival = survival_charts(self.scored, self.page_runs)
 
@@ -183,7 +183,7 @@ class _Content:
         score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.sequences:
-            board = leaderboard(summary, runs, self.failed, self.time_mark, self.time_notes)
+            board = leaderboard(summary, runs, self.failed, self.time_marks, self.time_notes)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
             cards = [card("charts", charts=self.curves)]

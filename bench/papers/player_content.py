@@ -1,8 +1,7 @@
 """Runs that a click on a number of a page opens in the player, and frames around the worst one."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from math import isfinite
 from typing import NamedTuple
 
@@ -17,11 +16,8 @@ from trackmark.bench.papers.cases import Case, cases
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow
-from trackmark.bench.papers.runs import Context, StoredKey
-from trackmark.bench.store.run_rows import run_row
-from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.runs import RunWithTruth
-from trackmark.bench.store.truth import read_truth
+from trackmark.bench.papers.runs import Context
+from trackmark.bench.store.keys import run_key
 from trackmark.reports.charts import PlayerPosition
 
 # kind of the worst frame, by unit of the measure; otherwise the frame with the largest error
@@ -55,30 +51,27 @@ def player_content(
 ) -> PlayerContent:
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
-    keys = [
-        key
+    stored_runs = {
+        run_key(stored.row): stored
         for run in runs
         for tracker in (run.tracker, *run.beside)
-        for key in context.runs.keys(tracker, run.sequence)
-    ]
-    reading = collect_runs(_read_runs(dict.fromkeys(keys)), [])
+        for stored in context.runs.stored_runs(tracker, run.sequence)
+    }
+    reading = collect_runs(
+        # The specification of a synthetic scene is its source.
+        (
+            stored._replace(row={**row, "source": row["source"] or row["sequence"]})
+            for stored in stored_runs.values()
+            for row in [stored.row]
+        ),
+        [],
+    )
     links: dict[ShownRun | None, PlayerPosition] = {}
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
     frames = _frames(reading, list(links.values()), limit)
-    sequences = [*player_sequences(reading, progress, selected=frames)] if keys else []
+    sequences = [*player_sequences(reading, progress, selected=frames)] if stored_runs else []
     return PlayerContent(reading, sequences, links)
-
-
-def _read_runs(keys: Iterable[StoredKey]) -> Iterator[RunWithTruth]:
-    read = cache(read_truth)
-    for folder, key in keys:
-        run = RunStore(folder).read(key)
-        truth = read(folder, run.identity.sequence, run.identity.fingerprint)
-        row = run_row(run, truth)
-        # The specification of a synthetic scene is its source.
-        row |= {"source": row["source"] or row["sequence"]}
-        yield RunWithTruth(row, run, truth)
 
 
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:

@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cache, cached_property
 from math import isnan
 from pathlib import Path
-from typing import TypeAlias
+from typing import Any
 
 import pandas as pd
 
@@ -20,13 +20,8 @@ from trackmark.bench.papers import ReproductionOptions, plan
 from trackmark.bench.papers.cases import Case
 from trackmark.bench.papers.measures import FrameRules, Measure, MeasuredRun
 from trackmark.bench.papers.paper import Paper
-from trackmark.bench.store.data_frames import load_table
-from trackmark.bench.store.keys import RUN_KEY_COLUMNS, ResultsError, RunKey
-from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import read_truth
-
-StoredKey: TypeAlias = tuple[Path, RunKey]
-"""Folder of an experiment and key of a run in it."""
+from trackmark.bench.store.keys import ResultsError, RunKey, run_key
+from trackmark.bench.store.runs import Runs, RunWithTruth
 
 
 class PaperRuns:
@@ -40,36 +35,37 @@ class PaperRuns:
         self, results_root: Path, requested: Mapping[str, Collection[RunKey]], rules: FrameRules
     ) -> None:
         self._results_root, self._requested, self._rules = results_root, requested, rules
+        self.stored_runs = cache(self._stored_runs)
         self.measured_runs = cache(self._measured_runs)
-        self._truth = cache(read_truth)
 
     @cached_property
-    def _keys(self) -> dict[tuple[str, str], list[StoredKey]]:
-        keys: dict[tuple[str, str], dict[int, StoredKey]] = {}
-        for experiment, requested in self._requested.items():
-            folder = self._results_root / experiment
-            runs = load_table(folder, requested)
-            unusable = runs[~runs["status"].isin(["finished", "failed"])]
-            if len(unusable):
-                first = unusable.iloc[0]
+    def _rows(self) -> dict[tuple[str, str], tuple[Runs, dict[int, Mapping[str, Any]]]]:
+        """Rows by repetition with the runs of their experiment, by tracker and sequence."""
+        rows: dict[tuple[str, str], tuple[Runs, dict[int, Mapping[str, Any]]]] = {}
+        for experiment, keys in self._requested.items():
+            runs, wanted = Runs.open(self._results_root / experiment).select(keys), set(keys)
+            requested = [row for row in runs.rows if run_key(row) in wanted]
+            unusable = [row for row in requested if row["status"] not in ("finished", "failed")]
+            if unusable:
+                first = unusable[0]
                 raise ResultsError(
-                    f"{folder}: {len(unusable)} of {len(runs)} runs are {first['status']}; the "
-                    f"first is {first['tracker']} on {first['sequence']}, repetition "
-                    f"{first['repetition']}. Run `trackmark reproduce` again."
+                    f"{runs.folder}: {len(unusable)} of {len(requested)} runs are "
+                    f"{first['status']}; the first is {first['tracker']} on {first['sequence']}, "
+                    f"repetition {first['repetition']}. Run `trackmark reproduce` again."
                 )
-            for key in runs[[*RUN_KEY_COLUMNS]].itertuples(index=False, name=None):
-                by_repetition = keys.setdefault((key[0], key[1]), {})
-                by_repetition.setdefault(key[2], (folder, key))
-        return {
-            run: [key for _, key in sorted(by_repetition.items())]
-            for run, by_repetition in keys.items()
-        }
+            for row in requested:
+                _, by_repetition = rows.setdefault((row["tracker"], row["sequence"]), (runs, {}))
+                by_repetition.setdefault(row["repetition"], row)
+        return rows
 
-    def keys(self, tracker: str, sequence: str) -> list[StoredKey]:
-        """Return folders and keys of runs on a sequence (both specifications), by repetition."""
-        return self._keys.get(
-            (parse_tracker(tracker).label, datasets.name_and_fingerprint(sequence)[0]), []
-        )
+    def _stored_runs(self, tracker: str, sequence: str) -> list[RunWithTruth]:
+        """Return the runs of a tracker on a sequence (both specifications), by repetition."""
+        name, _ = datasets.name_and_fingerprint(sequence)
+        pair = parse_tracker(tracker).label, name
+        if pair not in self._rows:
+            return []
+        runs, by_repetition = self._rows[pair]
+        return list(runs.read(row for _, row in sorted(by_repetition.items())))
 
     def _measured_runs(self, tracker: str, sequence: str) -> list[MeasuredRun]:
         """Return the runs of a tracker on a sequence (specifications) with their ground truth.
@@ -77,9 +73,7 @@ class PaperRuns:
         The boxes of the ground truth are those of the tracker's init region.
         """
         measured_runs = []
-        for folder, key in self.keys(tracker, sequence):
-            run = RunStore(folder).read(key)
-            truth = self._truth(folder, run.identity.sequence, run.identity.fingerprint)
+        for _, run, truth in self.stored_runs(tracker, sequence):
             init = select_ground_truth(truth, run.identity.init, run.identity.sequence)
             measured_runs.append(MeasuredRun(run, replace(truth, boxes=init.boxes), self._rules))
         return measured_runs

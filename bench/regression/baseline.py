@@ -22,9 +22,8 @@ from trackmark.bench.experiments.experiment import SequenceSource, check_folder_
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.store.keys import ResultsError, run_key
-from trackmark.bench.store.run_rows import scored_rows
-from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.runs import Runs, RunWithTruth
 from trackmark.datasets.source_digest import library_version
 
 FORMAT = 1
@@ -155,24 +154,26 @@ def stored_entries(
 
     Raises `BaselineError` for a finished run without a score.
     """
-    results = RunStore(folder)
-    rows: dict[tuple[str, str], dict[int, Mapping[str, Any]]] = {pair: {} for pair in runs}
-    for row in scored_rows(results):  # the runs of the current versions were just stored
-        pair = row["tracker"], row["sequence"]
-        if row["protocol"] == "one-pass" and row["repetition"] < runs.get(pair, 0):
-            rows[pair][row["repetition"]] = row
+    stored = Runs.open(folder)
+    by_pair: dict[tuple[str, str], dict[int, RunWithTruth]] = {pair: {} for pair in runs}
+    rows = (  # the runs of the current versions were just stored
+        row
+        for row in stored.stored_rows
+        if row["protocol"] == "one-pass"
+        and row["repetition"] < runs.get((row["tracker"], row["sequence"]), 0)
+    )
+    for run in stored.read(rows):
+        by_pair[run.row["tracker"], run.row["sequence"]][run.row["repetition"]] = run
     entries: dict[str, dict[str, BaselineEntry]] = {}
-    for (tracker, name), by_repetition in rows.items():
+    for (tracker, name), by_repetition in by_pair.items():
         ordered = [by_repetition[repetition] for repetition in range(runs[tracker, name])]
-        entries.setdefault(tracker, {})[name] = _entry(results, sources[name], ordered)
+        entries.setdefault(tracker, {})[name] = _entry(sources[name], ordered)
     return entries
 
 
-def _entry(
-    results: RunStore, source: SequenceSource, rows: Sequence[Mapping[str, Any]]
-) -> BaselineEntry:
-    overlap, box_digests, failures = [0.0] * len(rows), [""] * len(rows), {}
-    for repetition, row in enumerate(rows):
+def _entry(source: SequenceSource, runs: Sequence[RunWithTruth]) -> BaselineEntry:
+    overlap, box_digests, failures = [0.0] * len(runs), [""] * len(runs), {}
+    for repetition, (row, run, _) in enumerate(runs):
         if row["status"] != "finished":
             failures[repetition] = str(row["failure"]).partition("\n")[0]
             continue
@@ -183,8 +184,8 @@ def _entry(
                 "the sequence: its ground truth has no box after the first one."
             )
         overlap[repetition] = round(score, DECIMALS)
-        box_digests[repetition] = box_digest(results.read(run_key(row)).boxes)
-    fingerprint = digest(rows[0]["fingerprint"].encode())
+        box_digests[repetition] = box_digest(run.boxes)
+    fingerprint = digest(runs[0].row["fingerprint"].encode())
     return BaselineEntry(source, fingerprint, tuple(overlap), tuple(box_digests), failures)
 
 

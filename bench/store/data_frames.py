@@ -1,51 +1,16 @@
 """Data frame of the requested and stored runs of experiments."""
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from operator import itemgetter
-from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.store.keys import RUN_KEY_COLUMNS, RunKey, experiment_folders, run_key
-from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, scored_rows
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.keys import RUN_KEY_COLUMNS, run_key
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
+from trackmark.bench.store.run_store import RequestedRuns
 
 if TYPE_CHECKING:
     import pandas as pd
-
-
-def load_table(folder: str | Path, cells: Collection[RunKey] | None = None) -> "pd.DataFrame":
-    """Return the runs of an experiment, or of all experiments in a folder.
-
-    Parameters
-    ----------
-    folder : str or Path
-        `results/<experiment>` or `results`.
-    cells : collection of RunKey, optional
-        Keys (tracker, sequence, repetition, protocol) of the runs to return; all by default.
-
-    Returns
-    -------
-    DataFrame
-        One row per run, in the order of the requests. Columns: `experiment`, the fields of
-        `bench.store.run_rows.list_runs` (texts as objects), and one float column per score.
-        Requested runs that are not stored come last and have the status `missing`. Stored runs
-        have the status `stale` if another version of the tracker or sequence is requested, or if
-        a run that was stored later has another version; see `with_one_version`.
-
-    Raises
-    ------
-    ResultsError
-        If there are no results, or a file is damaged. A damaged run does not raise an error: a
-        warning names the run, and its status is `missing`.
-    """
-    selected = None if cells is None else set(cells)
-    rows: list[dict[str, Any]] = []
-    for path in experiment_folders(Path(folder)):
-        requested = with_missing(scored_rows(RunStore(path)), RunStore(path).requested_runs())
-        chosen = [row for row in requested if selected is None or run_key(row) in selected]
-        rows += [{"experiment": path.name, **row} for row in with_one_version(chosen)]
-    return to_data_frame(rows)
 
 
 def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
@@ -76,7 +41,7 @@ _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
 
-    `runs` is a data frame of `load_table`. Runs without revised boxes keep the scores of their
+    `runs` is a data frame of `Runs.scored`. Runs without revised boxes keep the scores of their
     online boxes.
     """
     revised_names = [name for name in runs if str(name).startswith(REVISED)]
@@ -85,18 +50,6 @@ def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
     names = [str(name).removeprefix(REVISED) for name in revised_names]
     revised = runs[revised_names].set_axis(names, axis=1)
     return runs.assign(**revised.where(revised.notna(), runs[names]))
-
-
-def rows_in_order(results: RunStore, **having: str) -> list[dict[str, Any]]:
-    """Return the rows of stored runs with scores, in the order of `load_table`.
-
-    `having` selects rows by values of fields, for example `status="finished"`.
-    """
-    return [
-        row
-        for row in with_one_version(with_missing(scored_rows(results), results.requested_runs()))
-        if row["status"] != "missing" and all(row[name] == text for name, text in having.items())
-    ]
 
 
 def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:

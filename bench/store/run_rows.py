@@ -3,7 +3,7 @@
 import json
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import suppress
-from functools import cache, partial
+from functools import cache
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -15,13 +15,14 @@ from trackmark.bench.metrics.times import TIME_FIELDS
 from trackmark.bench.store.database import DamagedError, Database, open_database
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.run_store import (
-    RemovedError,
+    RequestedRuns,
     RunStore,
     identity_of,
+    read_requests,
     sort_key,
     warn_of_damage,
 )
-from trackmark.bench.store.truth import MissingTruthError, read_truth
+from trackmark.bench.store.truth import MissingTruthError
 from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
@@ -36,7 +37,8 @@ _METADATA_TEXTS = ("source", "truth", "date", "clock", "machine", "time_note")
 NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
 
-_BATCH = 1000  # runs that are scored in one transaction
+BATCH = 200
+"""Number of runs that are read in one transaction, which limits the memory."""
 
 
 def list_runs(results: RunStore) -> list[dict[str, Any]]:
@@ -67,31 +69,38 @@ def scored_rows(
 
     Damaged runs and other damage are handled as in `list_runs`.
     """
+    return scored_rows_and_requests(results, progress)[0]
+
+
+def scored_rows_and_requests(
+    results: RunStore, progress: Callable[[int, int], None]
+) -> tuple[list[dict[str, Any]], RequestedRuns]:
+    """Return the rows of `scored_rows` and the requested runs, from one transaction."""
     with open_database(results.folder) as database:
-        rows = dict(_read_rows(database))
+        rows, requests = dict(_read_rows(database)), read_requests(database)
         # Damaged scores are computed again.
         for score in database.rows("score", "scorer = ?", _scorer_version(), on_damage=_ignore):
             if score["run"] in rows:
                 rows[score["run"]]["scores"] = json.loads(score["scores"])
     unscored = [number for number, row in rows.items() if "scores" not in row]
-    truth = cache(partial(read_truth, results.folder))
-    for begin in range(0, len(unscored), _BATCH):
-        scored = []
-        for done, number in enumerate(unscored[begin : begin + _BATCH], begin + 1):
+    for begin in range(0, len(unscored), BATCH):
+        numbers, scored = unscored[begin : begin + BATCH], []
+        keys = [(rows[number]["sequence"], rows[number]["fingerprint"]) for number in numbers]
+        # Another process can remove or damage runs after their rows were read.
+        run_keys = [run_key(rows[number]) for number in numbers]
+        runs, truths = results.read_all(run_keys, {*keys}, on_damage=warn_of_damage)
+        for done, (number, key) in enumerate(zip(numbers, keys, strict=True), begin + 1):
             row = rows[number]
-            try:
-                run = results.read(run_key(row))
-                truth_of_run = truth(row["sequence"], row["fingerprint"])
-            except (DamagedError, RemovedError) as error:
-                warn_of_damage(error)
+            run, truth = runs.pop(run_key(row), None), truths.get(key)
+            if run is None or truth is None:
                 del rows[number]
                 continue
-            row["scores"] = _scores(run, truth_of_run)
+            row["scores"] = _scores(run, truth)
             scored.append(row)
             progress(done, len(unscored))
         with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
             store_scores(results, scored)
-    return list(rows.values())
+    return list(rows.values()), requests
 
 
 def run_row(run: Run, truth: Any) -> dict[str, Any]:

@@ -4,7 +4,7 @@ import json
 import logging
 import platform
 import socket
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from functools import cache
@@ -24,7 +24,13 @@ from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import DamagedError, Database, open_database
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
 from trackmark.bench.store.packing import pack, select_group, unpack
-from trackmark.bench.store.truth import TruthRow, put_truth
+from trackmark.bench.store.truth import (
+    StoredTruth,
+    TruthRow,
+    put_truth,
+    truth_row,
+    unpack_truth,
+)
 from trackmark.datasets.source_digest import library_versions
 
 MAX_RUNS = 1_000_000
@@ -58,7 +64,8 @@ class RequestedRuns:
         return RequestedRuns(later.title or self.title, versions)
 
 
-def _read_requests(database: Database) -> RequestedRuns:
+def read_requests(database: Database) -> RequestedRuns:
+    """Return the requested runs; see `RunStore.requested_runs`."""
     errors: list[DamagedError] = []
     rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
     for row in rows:
@@ -104,7 +111,7 @@ class RunStore:
         for key in requests.versions:
             "".join(map(str, key)).encode()
         with open_database(self.folder, write=True) as database:
-            present = _read_requests(database)
+            present = read_requests(database)
             merged = present.merged_with(requests)
             if len(merged.versions) > MAX_RUNS:
                 raise ResultsError(
@@ -122,7 +129,7 @@ class RunStore:
         if the whole file is damaged.
         """
         with open_database(self.folder) as database:
-            return _read_requests(database)
+            return read_requests(database)
 
     def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs (also of damaged ones), in order."""
@@ -166,7 +173,7 @@ class RunStore:
         with open_database(self.folder, write=True) as database:
             for key in keys:
                 database.delete("run", _KEY, *key)
-            requests, removed = _read_requests(database), set(keys)
+            requests, removed = read_requests(database), set(keys)
             remaining = {k: version for k, version in requests.versions.items() if k not in removed}
             _write_requests(database, replace(requests, versions=remaining))
             database.delete(
@@ -179,8 +186,38 @@ class RunStore:
         Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
-            for row in database.rows("run", _KEY, *key):
-                return _decoded_run(row)
+            return self._read(database, key)
+
+    def read_all(
+        self,
+        keys: Iterable[RunKey],
+        truths: Iterable[tuple[str, str]],
+        on_damage: Callable[[ResultsError], None],
+    ) -> tuple[dict[RunKey, Run], dict[tuple[str, str], StoredTruth]]:
+        """Return runs, and ground truths by name and fingerprint, from one transaction.
+
+        `on_damage` is called with an error for each run and ground truth that is damaged or
+        missing. These are left out.
+        """
+        runs: dict[RunKey, Run] = {}
+        truths_by_key: dict[tuple[str, str], StoredTruth] = {}
+        with open_database(self.folder) as database:
+            for key in keys:
+                try:
+                    runs[key] = self._read(database, key)
+                except (DamagedError, RemovedError) as error:
+                    on_damage(error)
+            for name, fingerprint in truths:
+                try:
+                    row = truth_row(database, name, fingerprint)
+                    truths_by_key[name, fingerprint] = unpack_truth(row)
+                except DamagedError as error:
+                    on_damage(error)
+        return runs, truths_by_key
+
+    def _read(self, database: Database, key: RunKey) -> Run:
+        for row in database.rows("run", _KEY, *key):
+            return _decoded_run(row)
         raise RemovedError(
             f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."

@@ -14,8 +14,14 @@ from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_missing, with_one_version
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
-from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, run_row, scored_rows
+from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, refuse_empty_file, run_key
+from trackmark.bench.store.run_rows import (
+    BATCH,
+    NUMBER_FIELDS,
+    TEXT_FIELDS,
+    run_row,
+    scored_rows_and_requests,
+)
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.truth import StoredTruth, read_truth
 from trackmark.datasets import SequenceError
@@ -52,6 +58,24 @@ class RunSource:
         self.truths: dict[tuple[str, str], StoredTruth] = {}
         self._free_bytes = MAX_CACHE
 
+    def load(self, keys: Iterable[RunKey], truths: Iterable[tuple[str, str]]) -> dict[RunKey, Run]:
+        """Return the intact ones of some runs, after reading those that are not in memory at once.
+
+        Ground truths are read with them. `run` and `truth` give the error for damaged ones.
+        """
+        keys = list(keys)
+        absent = [key for key in keys if key not in self.runs]
+        absent_truths = {*truths} - self.truths.keys()
+        read: dict[RunKey, Run] = {}
+        if self.folder is not None and (absent or absent_truths):
+            read, read_truths = RunStore(self.folder).read_all(
+                absent, absent_truths, on_damage=lambda _: None
+            )
+            self.truths |= read_truths
+            for key, run in read.items():
+                self._keep(key, run)
+        return {key: self.runs[key] for key in keys if key in self.runs} | read
+
     def run(self, key: RunKey) -> Run:
         """Return a run; raise `ResultsError` if it is damaged or was removed."""
         if key in self.runs:
@@ -59,12 +83,16 @@ class RunSource:
         if self.folder is None:
             raise KeyError(key)
         run = RunStore(self.folder).read(key)
+        self._keep(key, run)
+        return run
+
+    def _keep(self, key: RunKey, run: Run) -> None:
+        """Keep a run in memory if there is space."""
         arrays = [array for named in run.arrays.values() for array in named.values()]
         arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
         if (size := sum(array.nbytes for array in arrays)) <= self._free_bytes:
             self._free_bytes -= size
             self.runs[key] = run
-        return run
 
     def truth(self, sequence: str, fingerprint: str) -> StoredTruth:
         """Return a ground truth; raise `ResultsError` if it is missing or damaged."""
@@ -124,11 +152,10 @@ class Runs(Mapping[RunName, Run]):
             raise ResultsError(
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
-        store = RunStore(folder)
-        rows, requests = scored_rows(store, progress), store.requested_runs()
-        return cls(
-            rows, requests.versions, RunSource(folder), requests.title or folder.absolute().name
-        )
+        refuse_empty_file(folder)
+        rows, requests = scored_rows_and_requests(RunStore(folder), progress)
+        title = requests.title or folder.absolute().name
+        return cls(rows, requests.versions, RunSource(folder), title)
 
     @classmethod
     def in_memory(
@@ -202,10 +229,15 @@ class Runs(Mapping[RunName, Run]):
         keys = dict.fromkeys(row["protocol"] for row in self.rows if row["protocol"] != TIMING)
         return sorted(keys, key=lambda name: (name != ONE_PASS, name))
 
-    @property
-    def truths(self) -> Mapping[tuple[str, str], StoredTruth]:
-        """Ground truths in memory by name and fingerprint of the sequence."""
-        return self._source.truths
+    @cached_property
+    def truths(self) -> dict[tuple[str, str], StoredTruth]:
+        """Ground truths of all stored runs by name and fingerprint of the sequence.
+
+        Raises `ResultsError`, which names the file, if a ground truth is missing or damaged.
+        """
+        keys = dict.fromkeys(_truth_key(row) for row in self.rows if row["status"] != "missing")
+        self._source.load([], keys)
+        return {key: self._source.truth(*key) for key in keys}
 
     def run(self, key: RunKey) -> Run:
         """Return a run by its whole key.
@@ -219,7 +251,7 @@ class Runs(Mapping[RunName, Run]):
 
         Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
         """
-        return self._source.truth(row["sequence"], row["fingerprint"])
+        return self._source.truth(*_truth_key(row))
 
     def evaluated_rows(self, **fields: str) -> list[dict[str, Any]]:
         """Return the rows of runs whose boxes are scored: all but timing, missing and stale runs.
@@ -236,8 +268,14 @@ class Runs(Mapping[RunName, Run]):
 
     def read(self, rows: Iterable[Mapping[Any, Any]]) -> Iterator[RunWithTruth]:
         """Yield the runs of rows with their ground truths; raises as `run` and `truth`."""
-        for row in rows:
-            yield RunWithTruth(row, self.run(run_key(row)), self.truth(row))
+        rows = list(rows)
+        for begin in range(0, len(rows), BATCH):
+            batch = rows[begin : begin + BATCH]
+            loaded = self._source.load(map(run_key, batch), map(_truth_key, batch))
+            for row in batch:
+                key = run_key(row)
+                run = loaded.pop(key) if key in loaded else self.run(key)
+                yield RunWithTruth(row, run, self.truth(row))
 
     def outcomes(self, metrics: str, table: "pd.DataFrame") -> dict[int, MetricOutcome]:
         """Score the finished and failed runs of rows by metrics; return the outcomes by index."""
@@ -313,7 +351,7 @@ class Runs(Mapping[RunName, Run]):
         occurring: dict[str, set[str]] = {}
         for row in self.rows:
             if row["status"] in ("finished", "failed"):
-                flags = self.truth(row).attributes
+                flags = self.truths[_truth_key(row)].attributes
                 names = {name for name, in_frames in flags.items() if in_frames.any()}
                 occurring.setdefault(row["sequence"], set()).update(names)
         return occurring
@@ -406,6 +444,10 @@ def reopen_sequence(row: Mapping[Any, Any]) -> datasets.Sequence:
     if sequence.fingerprint != row["fingerprint"]:
         raise SequenceError(f"{name} at {source} has changed since the run.")
     return sequence
+
+
+def _truth_key(row: Mapping[Any, Any]) -> tuple[str, str]:
+    return row["sequence"], row["fingerprint"]
 
 
 def _frame_and_error(run: Run) -> tuple[int | None, str]:

@@ -3,19 +3,16 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import FILE_NAME, ResultsError
+from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
-
-if TYPE_CHECKING:
-    import pandas as pd
 
 _KEY = "sequence = ? AND fingerprint = ?"
 
@@ -111,12 +108,17 @@ def put_truth(database: Database, row: TruthRow) -> None:
         )
 
 
+def truth_row(database: Database, sequence: str, fingerprint: str) -> TruthRow:
+    """Return the row of a ground truth in a transaction; raises as `read_truth`."""
+    for row in database.rows("truth", _KEY, sequence, fingerprint):
+        return TruthRow(*tuple(row)[:-1])
+    raise MissingTruthError(database.path, sequence, fingerprint)
+
+
 def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
     """Return the row of a ground truth; raises as `read_truth`."""
     with open_database(folder) as database:
-        for row in database.rows("truth", _KEY, sequence, fingerprint):
-            return TruthRow(*tuple(row)[:-1])
-    raise MissingTruthError(folder / FILE_NAME, sequence, fingerprint)
+        return truth_row(database, sequence, fingerprint)
 
 
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
@@ -130,20 +132,6 @@ def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
 def unpack_truth(row: TruthRow) -> StoredTruth:
     """Return the ground truth of a row."""
     return _truth_of(row.sequence, unpack(row.arrays))
-
-
-def find_attributes(folder: Path, runs: "pd.DataFrame") -> dict[str, set[str]]:
-    """Return, for each sequence of `runs`, the names of the attributes that occur in it.
-
-    `runs` is a data frame of `load_table`. Raises `ResultsError`, which names the file, if a
-    ground truth is missing or damaged.
-    """
-    occurring: dict[str, set[str]] = {}
-    for sequence, fingerprint in set(zip(runs["sequence"], runs["fingerprint"], strict=True)):
-        attributes = read_truth(folder, sequence, fingerprint).attributes
-        names = {name for name, flags in attributes.items() if flags.any()}
-        occurring.setdefault(sequence, set()).update(names)
-    return occurring
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:

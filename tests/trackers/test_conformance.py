@@ -273,11 +273,6 @@ def test_invalid_init_box_is_rejected(specification, clip):
         assert "\n" not in str(refusal.value)
 
 
-def test_update_before_init_is_rejected(specification, clip):
-    with pytest.raises(TrackerError, match="Call `init` before `update`"):
-        specification.create(SEED).update(clip.images[0])
-
-
 def assert_well_formed_or_rejected(specification, clip, box):
     tracker = specification.create(SEED)
     try:

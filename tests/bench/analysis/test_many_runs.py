@@ -1,10 +1,10 @@
 """Reports, comparisons and tables of many trackers or sequences."""
 
+import sqlite3
+
 import pytest
 
 import trackmark as tm
-from trackmark.bench.store import run_rows
-from trackmark.bench.store.data_frames import load_table
 
 
 def report_all(trackmark, folder, n_sequences, n_trackers, forms):
@@ -44,29 +44,32 @@ def test_report_of_1000_trackers(store_many, trackmark, workspace):
 
 def test_table_of_runs_has_no_categories(store_many, tmp_path):
     store_many(tmp_path / "many", 130, 2)
-    runs = load_table(tmp_path / "many")
+    runs = tm.load_runs(tmp_path / "many").table
     groups = runs.groupby(["tracker", "sequence"], sort=False)["mean_overlap"]
     # With categories of more than 127 values, `reindex` fails in pandas.
     assert groups.mean()[:3].reindex(groups.size().index).notna().sum() == 3
 
 
-def test_report_reads_all_rows_equally_often_for_any_number(
+def test_file_is_opened_equally_often_for_any_number_of_runs(
     trackmark, workspace, otb, monkeypatch, blank_figures
 ):
-    readings = []
+    """Report and comparison read runs and ground truths in few transactions."""
+    opened = []
 
-    def read_rows(database):
-        readings.append(database)
-        return plain(database)
+    def connect(*args, **options):
+        opened.append(args)
+        return plain(*args, **options)
 
-    plain = run_rows._read_rows
-    monkeypatch.setattr(run_rows, "_read_rows", read_rows)
+    plain = sqlite3.connect
+    monkeypatch.setattr(sqlite3, "connect", connect)
+    run = ("run", "--trackers", "static,camshift", "--name", "many", "--sequences")
     counts = []
     for name in ("First", "Second", "Third"):
         otb(workspace / "data" / name, 3)
-        sequences = f"data/{name}"
-        trackmark("run", "--trackers", "static", "--sequences", sequences, "--name", "many")
-        readings.clear()
-        trackmark("report", "results/many", "--output", "report")
-        counts.append(len(readings))
-    assert counts[1] == counts[2]  # of one sequence there is no table of means
+        trackmark(*run, f"data/{name}")
+        for command in ("report results/many --output report", "compare --results results/many"):
+            opened.clear()
+            trackmark(*command.split())
+            counts.append(len(opened))
+    assert counts[2:4] == counts[4:]  # of one sequence there is no table of means
+    assert max(counts) <= 3

@@ -19,10 +19,10 @@ import cv2
 import numpy as np
 import pytest
 
+import trackmark as tm
 from tests.bench.pages.test_page_rules import violations
 from tests.browser import needs_browser
 from trackmark.bench.commands import _box_picker, _drawing
-from trackmark.bench.store.data_frames import load_table
 from trackmark.datasets.annotation import check_marks, interpolate
 
 BOTH = ("--box", "0:4,5,10,12", "--box", "4:8,5,10,12")
@@ -35,7 +35,7 @@ def test_annotate_writes_a_ground_truth_that_runs(trackmark, workspace):
     assert "interpolated" in (workspace / "truth.csv").read_text()
     run = ("run", "--trackers", "static", "--sequences", source, "--truth", "truth.csv")
     assert "read as " in trackmark(*run).stderr
-    scores = load_table(workspace / "results").iloc[0]
+    scores = tm.load_runs(workspace / "results").table.iloc[0]
     assert scores["centre_error"] == pytest.approx(statistics.mean([1, 2, 3, 4]))
     assert (workspace / "truth-check.png").is_file()
 

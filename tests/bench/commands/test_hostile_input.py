@@ -10,8 +10,8 @@ from xml.etree import ElementTree
 
 import pytest
 
+import trackmark as tm
 from tests.bench.conftest import messages
-from trackmark.bench.store.data_frames import load_table
 
 SMALL = ("--sequences", "data/Small")
 BOTH = ("--sequences", "data/Small,data/Other")
@@ -32,7 +32,7 @@ def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, workspace, monk
         monkeypatch.setattr(sys, "stdout", pipe)
         errors = messages(trackmark(*KNOB, "--json"))
     assert errors == ["4 of 4 runs are in results/mine."]
-    assert len(load_table(workspace / "results")) == 4
+    assert len(tm.load_runs(workspace / "results").table) == 4
 
 
 @pytest.mark.skipif(not FULL.exists(), reason="the system has no /dev/full")
@@ -46,7 +46,7 @@ def test_full_disk_is_one_message_and_the_work_continues(
     message = "trackmark: the output cannot be written: No space left on device."
     assert lines[0] == message
     assert len(lines) == 1 + bool(options)  # --json prints the folder on standard error
-    assert len(load_table(workspace / "results")) == 4
+    assert len(tm.load_runs(workspace / "results").table) == 4
 
 
 INTERRUPTED = """

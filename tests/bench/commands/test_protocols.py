@@ -8,7 +8,6 @@ import pytest
 import trackmark as tm
 from tests.bench.commands.conftest import unwrapped
 from trackmark.bench.evaluation.loop import evaluate_run
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.run_store import RunStore
 
 RUN = ("run", "--trackers", "static,knob.py:Knob", "--sequences", "data/Small", "--name", "trial")
@@ -111,5 +110,5 @@ def test_experiment_file_sets_its_protocol(trackmark, workspace):
     assert "protocol sre:shift=0.2" in trackmark("run", "mine.toml").stdout
     assert "protocol tre" in trackmark("run", "mine.toml", "--protocol", "tre").stdout
     assert "protocol" not in trackmark("run", "mine.toml", "--protocol", "one-pass").stdout
-    (run,) = load_table(workspace / "results/mine").query("protocol == 'tre'").itertuples()
+    (run,) = tm.load_runs(workspace / "results/mine").table.query("protocol == 'tre'").itertuples()
     assert run.mean_overlap == 1

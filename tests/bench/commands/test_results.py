@@ -14,7 +14,6 @@ import pytest
 import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines
 from tests.bench.store.test_durability import drop_last_entry_of_index
-from trackmark.bench.store.data_frames import load_table
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -30,7 +29,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     merged = trackmark("results", "merge", "results/a", "results/b", "results/c").stdout
     assert "Copied 2 runs" in merged
     assert "Copied 0 runs" in trackmark("results", "merge", "results/a", "results/c").stdout
-    assert len(load_table(workspace / "results" / "c")) == 2
+    assert len(tm.load_runs(workspace / "results" / "c").table) == 2
     removed = trackmark("results", "remove", "results/c", "--tracker", "cam*", "--yes")
     assert "Removed 1 run." in removed.stdout
     left = json_lines(trackmark("results", "list", "results/c", "--json"))
@@ -46,7 +45,7 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     trackmark(*KNOB, "--name", "new")
     done = trackmark("results", "merge", "results/new", "results/old", status=1)
     assert "conflict: knob.py" in done.stderr
-    assert load_table(workspace / "results" / "old")["tracker"].tolist() == ["knob.py:Knob"]
+    assert tm.load_runs(workspace / "results" / "old").table["tracker"].tolist() == ["knob.py:Knob"]
     for number, name in enumerate("ab"):
         otb(workspace / name / "clip", 4 + number)
         trackmark(*STATIC, f"{name}/clip", "--name", name)
@@ -327,5 +326,5 @@ def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
     remove = ("results", "remove", "results/mine", "--yes", "--protocol")
     assert "unknown protocol 'timings'" in trackmark(*remove, "timings", status=2).stderr
     assert trackmark(*remove, "timing").stdout == "Removed 1 run.\n"
-    table = load_table(workspace / "results")
+    table = tm.load_runs(workspace / "results").table
     assert table["protocol"].tolist() == ["one-pass"]

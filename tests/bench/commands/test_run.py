@@ -8,12 +8,13 @@ import zlib
 import cv2
 import pytest
 
+import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
 from trackmark.bench.commands._options import memory_size
 from trackmark.bench.execution.task import LEAST_MEMORY, Limits
 from trackmark.bench.experiments.experiment import default_name
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 
 MINE = ("run", "--name", "mine", "--trackers")
 RUN = (*MINE, "static", "--sequences")
@@ -47,7 +48,7 @@ def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     speed = re.compile(r" and is about \d+ times slower")  # other load can hide it
     assert speed.sub("", masked(done.stdout)) == speed.sub("", RUN_OUTPUT)
     assert masked(done.stderr) == RUN_PROGRESS
-    assert len(load_table(workspace / "results")) == 2
+    assert len(tm.load_runs(workspace / "results").table) == 2
     quiet = trackmark(*run, "--quiet")
     assert (quiet.stdout, quiet.stderr) == (RUN_OUTPUT.partition("\n")[0] + "\n", "")
     verbose = unwrapped(trackmark(*run, "--verbose").stdout)
@@ -131,14 +132,14 @@ def test_experiment_file_sets_trackers_and_repetitions(trackmark, workspace):
         encoding="utf-8-sig",  # as editors on Windows write it
     )
     assert "Mine" in trackmark("run", "trial.toml", "--verbose").stdout
-    assert len(load_table(workspace / "results" / "trial")) == 4
+    assert len(tm.load_runs(workspace / "results" / "trial").table) == 4
     (plan,) = json_lines(trackmark("run", "trial.toml", "--repetitions", 4, "--dry-run", "--json"))
     assert (plan["runs"], plan["to_run"]) == (6, 2)
 
 
 def test_timing_runs_store_times(trackmark, workspace):
-    trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing")
-    table = load_table(workspace / "results")
+    trackmark("run", "--trackers", "static,camshift", *SMALL, "--timing", "--name", "timed")
+    table = Runs.open(workspace / "results" / "timed").table
     assert (table["protocol"] == "timing").all()
     assert len(table) == 2
     assert (table["ms_per_frame"] > 0).all()  # also if other load disturbed the runs
@@ -238,7 +239,7 @@ def test_damaged_image_costs_only_its_sequence(trackmark, workspace, otb):
     message, remedy = [ln for ln in done.stderr.splitlines() if ln.startswith("trackmark: ")]
     assert "0004.png" in message
     assert "!Broken" in remedy
-    stored = load_table(workspace / "results").query("status == 'finished'")
+    stored = tm.load_runs(workspace / "results").table.query("status == 'finished'")
     assert set(stored["sequence"]) == {"Small"}
     file.write_bytes(content)
     trackmark(*both)
@@ -282,7 +283,7 @@ def test_stale_runs_are_announced_replaced_and_never_averaged(trackmark, workspa
     done = trackmark(*knob, 2)
     assert "2 runs (replacing stale runs: 2)" in done.stderr
     assert "replaces 2 stale runs, because the tracker or the sequence has changed" in done.stderr
-    scores = load_table(workspace / "results").query("status == 'finished'")
+    scores = tm.load_runs(workspace / "results").table.query("status == 'finished'")
     assert len(scores) == 2
     assert scores["mean_overlap"].nunique() == 1
     assert "2 of 2 runs" in done.stdout
@@ -298,7 +299,7 @@ def test_other_data_of_the_same_name_replace_no_run(trackmark, one_line, workspa
     message = one_line(trackmark(*RUN, "b/clip", status=2))
     assert str(workspace / "a" / "clip") in message
     assert "--name" in message
-    assert load_table(workspace / "results")["frames"].tolist() == [4]
+    assert tm.load_runs(workspace / "results").table["frames"].tolist() == [4]
     assert "stale" not in trackmark(*RUN, "copy of a/clip").stderr
     (workspace / "a" / "clip" / "groundtruth_rect.txt").write_text("5,6,10,11\n" * 4)
     changed = trackmark(*RUN, "a/clip").stderr

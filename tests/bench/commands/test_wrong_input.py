@@ -1,6 +1,5 @@
 """Wrong usage and input of every command: exit status 2 and a message, without a traceback."""
 
-import importlib
 import shlex
 
 import pytest
@@ -223,7 +222,6 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
     def fail(*_):
         raise OSError(24, "Too many open files")
 
-    importlib.import_module("trackmark.bench.store.data_frames")  # keeps the true function
     monkeypatch.setattr("trackmark.bench.store.keys.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."

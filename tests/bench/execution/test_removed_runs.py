@@ -4,10 +4,10 @@ import pytest
 
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 
 
 @pytest.fixture
@@ -26,7 +26,7 @@ def test_removal_during_a_command_loses_only_removed_runs(execution):
     later = [row["sequence"] for row in rows]
     assert first["sequence"] not in later
     assert later
-    runs = load_table(execution.folder)
+    runs = Runs.open(execution.folder).table
     assert runs[runs["status"] == "finished"]["sequence"].tolist() == later
     assert find_damage(execution.folder) == []
 
@@ -52,7 +52,23 @@ def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, cap
     folder = run_trial(workspace, ["static"], sequences)
     with open_database(folder, write=True) as database:
         database.delete("truth", "sequence = ?", "Other")
-    runs = load_table(folder).set_index("sequence")
+    runs = Runs.open(folder).table.set_index("sequence")
     assert runs["status"].to_dict() == {"Small": "finished", "Other": "missing"}
     assert "no ground truth of Other" in caplog.text
     assert len(find_damage(folder)) == 1
+
+
+def test_run_removed_before_its_scoring_is_named(run_trial, workspace, monkeypatch, caplog):
+    folder = run_trial(workspace, ["static", "camshift"], [str(workspace / "data" / "Small")])
+    with open_database(folder, write=True) as database:
+        database.delete("score")
+    plain = RunStore.read_all
+
+    def read_after_removal(store, keys, *args, **options):
+        keys = list(keys)
+        store.remove(keys[:1])
+        return plain(store, keys, *args, **options)
+
+    monkeypatch.setattr(RunStore, "read_all", read_after_removal)
+    assert Runs.open(folder).table["status"].tolist() == ["finished", "missing"]
+    assert "has no run of camshift on Small, repetition 0" in caplog.text

@@ -218,11 +218,11 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
     trackmark(*run, "--arrays")
     trackmark("report", "results/mine")
     assert '"left"' in (workspace / "results" / "mine" / "report.html").read_text()
-    drawn, read, strips = ("show", "data/Small", "--frames", 2, "--output"), show._stored, []
+    drawn, read, strips = ("show", "data/Small", "--frames", 2, "--output"), show._boxes_of_runs, []
     for name in ("outlined.png", "boxes.png"):
         trackmark(*drawn, name, "--results", "results/mine")
         strips.append(cv2.imread(str(workspace / name)))
-        monkeypatch.setattr(show, "_stored", lambda *arguments: (read(*arguments)[0], {}))
+        monkeypatch.setattr(show, "_boxes_of_runs", lambda *arguments: (read(*arguments)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one-pass"):
         Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")

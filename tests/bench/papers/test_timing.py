@@ -153,7 +153,7 @@ def test_claims_on_times_are_judged(paper, monkeypatch):
     context = SimpleNamespace(paper=read_paper(paper))
     claims = [c for c in context.paper.claims.values() if c.measure.kind == "time"]
     for claim, setting in product(claims, SETTINGS):
-        assert judge(claim, evidence(claim, setting, context)).cells == ROUNDS
+        assert judge(claim, evidence(claim, setting, context)).n_units == ROUNDS
     table = module.time_table(context)
     assert claims
     assert {len(row) for row in table.rows} == {len(table.headings)}

@@ -9,9 +9,9 @@ from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import add_truth_of
 
 
@@ -86,5 +86,5 @@ def several(results, sequence, store):
     runs.append(full_run(sequence))
     assert results.add(runs[-1])
     request(results, *runs)
-    load_table(results.folder)  # stores the scores
+    Runs.open(results.folder)  # stores the scores
     return results

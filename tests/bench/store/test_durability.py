@@ -18,11 +18,11 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
 from trackmark.bench.store import run_store as store_module
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.maintenance import find_damage, repair_indexes
 from trackmark.bench.store.run_rows import scored_rows
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import add_truth_of, read_truth
 
 WRITER = """
@@ -154,7 +154,7 @@ def damage(results, change, places, caplog):
             assert messages, "a reader reports damage that the check does not"
             counts["reported"] += 1
         else:  # a reader may leave out a damaged run, with a warning or as missing
-            missing = "missing" in load_table(results.folder)["status"].tolist()
+            missing = "missing" in Runs.open(results.folder).table["status"].tolist()
             assert same or caplog.messages or missing, f"the damage at {place} is not reported"
             counts["reported" if messages else "no effect"] += 1
     file.write_bytes(whole)
@@ -191,7 +191,7 @@ def test_no_flipped_bit_is_silent(several, number, evidence, caplog):
 def test_changed_or_deleted_run_is_missing_and_named(several, change, table, caplog):
     last = several.read(several.list_keys()[-1])
     edit(several, change)
-    frame = load_table(several.folder)
+    frame = Runs.open(several.folder).table
     assert frame["status"].tolist() == ["finished"] * 3 + ["missing"]
     messages = find_damage(several.folder)
     if table:
@@ -204,7 +204,7 @@ def test_changed_or_deleted_run_is_missing_and_named(several, change, table, cap
         assert messages == []
     assert several.add(last)
     assert find_damage(several.folder) == []
-    assert load_table(several.folder)["status"].tolist() == ["finished"] * 3 + ["failed"]
+    assert Runs.open(several.folder).table["status"].tolist() == ["finished"] * 3 + ["failed"]
 
 
 def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence, caplog):
@@ -223,7 +223,7 @@ def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence,
 def test_damaged_requests_are_named_and_restored_by_repetition(several, caplog):
     requests = several.requested_runs()
     edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
-    assert len(load_table(several.folder)) == 4
+    assert len(Runs.open(several.folder).table) == 4
     (message,) = find_damage(several.folder)
     assert message in caplog.text
     several.add_requests(requests)
@@ -339,7 +339,7 @@ def test_read_only_folder_is_read(several, monkeypatch):
     database = several.folder / "runs.db"
     before = database.read_bytes()
     monkeypatch.setattr(module, "_open", read_only)
-    assert len(load_table(several.folder)) == 4
+    assert len(Runs.open(several.folder).table) == 4
     with pytest.raises(ResultsError, match=r"runs\.db cannot be read or written.*permissions"):
         several.add(make_run(0))
     assert database.read_bytes() == before
@@ -378,7 +378,7 @@ def test_file_of_zero_bytes_is_damaged(several):
     (several.folder / "runs.db").write_bytes(b"")
     assert "it has 0 bytes" in find_damage(several.folder)[0]
     with pytest.raises(ResultsError, match="it has 0 bytes"):
-        load_table(several.folder)
+        Runs.open(several.folder)
 
 
 def drop_last_entry_of_index(folder):
@@ -401,4 +401,4 @@ def test_damaged_index_is_rebuilt(several):
     repair_indexes(several.folder)
     assert find_damage(several.folder) == []
     assert several.list_keys() == keys
-    assert len(load_table(several.folder)) == len(keys)
+    assert len(Runs.open(several.folder).table) == len(keys)

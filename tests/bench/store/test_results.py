@@ -13,12 +13,12 @@ import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.store import run_rows
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.packing import pack, unpack
 from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import add_truth_of, read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
@@ -200,26 +200,24 @@ def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     later = of_version(other, "later")
     gone = evaluate_run("static", sequence, 1)
     request(results, later, gone, run)
-    frame = load_table(results.folder)
+    frame = Runs.open(results.folder).table
     assert frame["tracker"].tolist() == ["camshift", "static", "static"]
     assert frame["status"].tolist() == ["stale", "finished", "missing"]
-    assert frame["experiment"].unique().tolist() == ["trial"]
-    assert load_table(results.folder.parent).equals(frame)
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == object, column
     assert frame["mean_overlap"].notna().tolist() == [True, True, False]
-    chosen = load_table(results.folder, [run_key(run.identity)])
+    chosen = Runs.open(results.folder).select([run_key(run.identity)]).table
     assert chosen["repetition"].tolist() == [0]
 
 
 def test_removed_runs_are_neither_stored_nor_missing(several, sequence):
     several.remove([cell for cell in several.list_keys() if cell[2] != 1])
-    assert load_table(several.folder)["repetition"].tolist() == [1]
+    assert Runs.open(several.folder).table["repetition"].tolist() == [1]
     assert find_damage(several.folder) == []
     several.remove(several.list_keys())
     with pytest.raises(ResultsError, match="no ground truth of line"):
         read_truth(several.folder, sequence.name, sequence.fingerprint)
-    assert len(load_table(several.folder)) == 0
+    assert len(Runs.open(several.folder).table) == 0
 
 
 def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_path):
@@ -244,7 +242,7 @@ def test_further_tables_of_earlier_versions_are_ignored(several):
     with sqlite3.connect(several.folder / "runs.db") as database:
         database.execute("CREATE TABLE log (id INTEGER PRIMARY KEY, content TEXT) STRICT")
     database.close()
-    assert len(load_table(several.folder)) == 4
+    assert len(Runs.open(several.folder).table) == 4
     assert find_damage(several.folder) == []
 
 
@@ -258,7 +256,7 @@ def test_columns_are_readable_without_trackmark(several):
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
     with pytest.raises(ResultsError, match="this folder contains no results"):
-        load_table(tmp_path / "nothing")
+        Runs.open(tmp_path / "nothing")
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
@@ -282,7 +280,7 @@ def test_other_files_are_refused(several, change, message):
     database.commit()
     database.close()
     with pytest.raises(ResultsError, match=message) as error:
-        load_table(several.folder)
+        Runs.open(several.folder)
     assert str(several.folder / "runs.db") in str(error.value)
 
 

@@ -9,14 +9,15 @@ from pathlib import Path
 import pytest
 
 import trackmark
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.run_rows import scorer_digest
+from trackmark.bench.store.runs import Runs
 
 PACKAGE = Path(trackmark.__file__).parent
 PRINT_OVERLAP = """
 import sys
-from trackmark.bench.store.data_frames import load_table
-print(load_table(sys.argv[1])["mean_overlap"][0])
+from pathlib import Path
+from trackmark.bench.store.runs import Runs
+print(Runs.open(Path(sys.argv[1])).table["mean_overlap"][0])
 """
 
 
@@ -49,7 +50,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
         )
         return float(done.stdout)
 
-    expected = load_table(several.folder)["mean_overlap"][0]
+    expected = Runs.open(several.folder).table["mean_overlap"][0]
     assert overlap() == expected
     native = copy / "bench/metrics/sets/native.py"
     replace_once(native, '"mean_overlap": _mean(overlaps)', '"mean_overlap": _mean(overlaps) / 2')

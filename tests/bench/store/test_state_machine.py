@@ -27,7 +27,6 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
-from trackmark.bench.store.data_frames import load_table
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
@@ -183,7 +182,7 @@ class Experimenter(RuleBasedStateMachine):
     def each_run_has_the_expected_status(self):
         if not self.requested:
             return
-        table = load_table(self.results.folder)
+        table = Runs.open(self.results.folder).table
         columns = ["tracker", "sequence", "repetition", "protocol"]
         rows = {tuple(row[column] for column in columns): row for _, row in table.iterrows()}
         stored_rows = table[table["status"] != "missing"].sort_values("date")
