@@ -23,7 +23,7 @@ from trackmark.trackers.base.catalogue import (
     resolve_plugin,
 )
 from trackmark.trackers.base.estimate_check import value_text
-from trackmark.trackers.base.plain import to_plugin
+from trackmark.trackers.base.plain import PlainTracker, to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 from trackmark.trackers.base.tracker_files import PLUGIN_MODULE, validate_plugin
 
@@ -80,7 +80,7 @@ class _Owners:
     def create(self, spec: TrackerSpec, seed: np.random.SeedSequence) -> Tracker:
         """Create a tracker; raise `TrackerError` if it is the object of another tracker."""
         plugin = spec.make(seed)
-        self.add(vars(plugin).get("_tracker", plugin), spec.label)
+        self.add(plugin.plain if isinstance(plugin, PlainTracker) else plugin, spec.label)
         return plugin
 
 

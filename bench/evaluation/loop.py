@@ -187,10 +187,9 @@ def _run(
         whole_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
-            if not recorder.failure:
-                observer.on_tracker_call(recorder.entry, last)
-                recorder.finish(last)
-                observer.on_tracker_return()
+            observer.on_tracker_call(recorder.entry, last)
+            recorder.finish(last)
+            observer.on_tracker_return()
     finally:
         sequence.frames = frames
     overhead = median(whole_pass.overheads) if whole_pass.overheads else nan
