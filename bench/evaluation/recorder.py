@@ -17,8 +17,9 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.ground_truth import find_segments, frames_of_segments
+from trackmark.bench.evaluation.ground_truth import (
     find_segments,
+    frames_of_segments,
     select_ground_truth,
 )
 from trackmark.bench.evaluation.machine import machine_name
