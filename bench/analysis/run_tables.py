@@ -257,7 +257,7 @@ def _with_units(scored: pd.DataFrame) -> tuple[pd.DataFrame, StatisticalUnits]:
 def meaning_of_intervals(units: StatisticalUnits) -> str:
     """Return the part of a caption that explains intervals and marks."""
     if len(units) < MIN_UNITS:
-        plural = units.plural if len(units) != 1 else units.kind
+        plural = units.plural if len(units) != 1 else units.unit_kind
         return (
             f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
             "± standard deviation over repetitions."
