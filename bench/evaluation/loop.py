@@ -73,7 +73,7 @@ class PassResult:
     # Time of the harness per frame and tracker [s], without decoding and the trackers' calls. The
     # median over frames is robust to other load; NaN for a sequence of a single frame.
     overhead: float
-    frame_seconds: float  # mean time to decode or render a frame
+    reading_seconds: float  # mean time to decode or render a frame
 
 
 def evaluate_run(

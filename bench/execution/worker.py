@@ -201,7 +201,7 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     _check_unchanged(task)  # boxes must not be stored under another version
     metadata: dict[str, Any] = {"host": socket.gethostname()}
     if task.protocol != TIMING:
-        metadata["frame_seconds"] = result.frame_seconds
+        metadata["reading_seconds"] = result.reading_seconds
     return [replace(run, metadata={**run.metadata, **metadata}) for run in result.runs]
 
 

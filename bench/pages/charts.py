@@ -193,7 +193,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     description += "Up and to the left is better."
     chart = Chart(
         "",
-        "time per frame",
+        "time per frame [ms]",
         quantity.heading,
         dots,
         description,

@@ -34,7 +34,7 @@ TEXT_FIELDS = (
 
 _METADATA_TEXTS = ("source", "truth", "date", "clock", "machine", "time_note")
 
-NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
+NUMBER_FIELDS = ("repetition", "frames", "seconds", "reading_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
 
 BATCH = 200
@@ -47,11 +47,11 @@ def list_runs(results: RunStore) -> list[dict[str, Any]]:
     The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
     tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.
     `source` and `truth` are the paths from which the sequence was opened. `seconds` is the wall
-    time of all calls of the tracker, and `frame_seconds` the mean time to decode or render a frame
-    [s]. `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
-    the clock of these times, and `machine` the machine on which they were measured. `date` is the
-    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the global
-    random generators from which the tracker has drawn.
+    time of all calls of the tracker, and `reading_seconds` the mean time to decode or render an
+    image [s]. `bench.metrics.times.time_fields` describes the times per frame and `time_note`.
+    `clock` is the clock of these times, and `machine` the machine on which they were measured.
+    `date` is the date and time (UTC, ISO 8601) at which the run was stored first. `generators` are
+    the global random generators from which the tracker has drawn.
 
     Damaged runs, and runs whose ground truth is damaged or missing, are left out, with a warning on
     standard error.

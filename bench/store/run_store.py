@@ -244,7 +244,7 @@ class _EncodedRun(NamedTuple):
     tracker_output: str
     frames: int
     seconds: float | None
-    frame_seconds: float | None
+    reading_seconds: float | None
     identity: str  # JSON of `Identity` without the repetition
     metadata: str  # JSON
     arrays: bytes  # packed
@@ -266,7 +266,7 @@ def _encoded_run(run: Run) -> _EncodedRun:
         tracker_output=_text(run.tracker_output),
         frames=len(run.boxes),
         seconds=_seconds(run.metadata.get("seconds")),
-        frame_seconds=_seconds(run.metadata.get("frame_seconds")),
+        reading_seconds=_seconds(run.metadata.get("reading_seconds")),
         identity=json.dumps(identity),
         metadata=json.dumps(with_metadata(run).metadata),
         arrays=pack(arrays),
