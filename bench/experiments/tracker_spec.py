@@ -286,8 +286,10 @@ def _from_outside(
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
         limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
-        known = {(specification.file, ""): plugin.version}
-        return _from_specification(specification, init, call_seconds=max(limits), versions=known)
+        own_versions = {(specification.file, ""): plugin.version}
+        return _from_specification(
+            specification, init, call_seconds=max(limits), versions=own_versions
+        )
     factory, fields = open_isolated(name, options)
     # A file that defines one tracker can omit the class from the name.
     class_name = fields.pop("class_name")
