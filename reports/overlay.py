@@ -15,7 +15,7 @@ from trackmark.reports.palette import TRUTH_COLOUR, colours, to_bgr
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """Drawn shape: the edges of a box, the ellipse inscribed in a box, or a polygon."""
 
-TRUTH = "truth"
+TRUTH = "ground truth"
 """Label of the ground truth, which is drawn as white dashes on a thin black line."""
 
 BACKGROUND = 16  # grey level around images
