@@ -112,7 +112,7 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
 
 
 def test_timing_runs_are_runs_of_their_own(finished):
-    timing = {"timing": True, "repetitions": 1}
+    timing = {"is_timing": True, "repetitions": 1}
     assert set(statuses(finished, **timing).values()) == {"missing"}
     run_experiment(experiment(finished, **timing), finished / "results")
     assert set(statuses(finished, **timing).values()) == {"finished"}
