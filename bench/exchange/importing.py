@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.exchange import FORMATS, detect_format, find_format, require_folder
 from trackmark.bench.exchange.first_boxes import (
     FirstBox,
@@ -36,7 +36,7 @@ from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 

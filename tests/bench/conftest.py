@@ -15,6 +15,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from tests import browser
+from tests.bench.stored_truths import add_truth
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.run_record import Run
@@ -24,7 +25,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSource
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import StoredTruth, add_truth
+from trackmark.bench.store.truth import StoredTruth
 
 
 class Noise:
