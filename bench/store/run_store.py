@@ -8,7 +8,7 @@ from functools import cache
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
+from trackmark.bench.store.keys import FILE_NAME, RUN_KEY_COLUMNS, ResultsError, RunKey, run_key
 from trackmark.bench.store.packing import pack, select_group, unpack
 from trackmark.bench.store.truth import TruthRow, put_truth
 
@@ -184,47 +184,28 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-class _EncodedRun(NamedTuple):
-    """Columns of the table `run`, but for the id and the digest."""
-
-    tracker: str
-    sequence: str
-    repetition: int
-    protocol: str
-    version: str
-    fingerprint: str
-    status: str
-    failure: str
-    tracker_output: str
-    frames: int
-    seconds: float | None
-    frame_seconds: float | None
-    identity: str  # JSON of `Identity` without the repetition
-    metadata: str  # JSON
-    arrays: bytes  # packed
-
-
-def _encoded_run(run: Run) -> _EncodedRun:
+def _encoded_run(run: Run) -> dict[str, Any]:
+    """Return the columns of the table `run` in their order, but for the id and the digest."""
     arrays = run_columns(run)
     if run.revised is not None:
         arrays["revised"] = run.revised.T
     for frame, named in run.arrays.items():
         arrays |= {f"requested/{frame}/{name}": array for name, array in named.items()}
     identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
-    return _EncodedRun(
-        *run_key(run.identity),
-        version=run.identity.version,
-        fingerprint=run.identity.fingerprint,
-        status=run.status,
-        failure=_text(run.failure),
-        tracker_output=_text(run.tracker_output),
-        frames=len(run.boxes),
-        seconds=_seconds(run.metadata.get("seconds")),
-        frame_seconds=_seconds(run.metadata.get("frame_seconds")),
-        identity=json.dumps(identity),
-        metadata=json.dumps(with_metadata(run).metadata),
-        arrays=pack(arrays),
-    )
+    return {
+        **dict(zip(RUN_KEY_COLUMNS, run_key(run.identity), strict=True)),
+        "version": run.identity.version,
+        "fingerprint": run.identity.fingerprint,
+        "status": run.status,
+        "failure": _text(run.failure),
+        "tracker_output": _text(run.tracker_output),
+        "frames": len(run.boxes),
+        "seconds": _seconds(run.metadata.get("seconds")),
+        "frame_seconds": _seconds(run.metadata.get("frame_seconds")),
+        "identity": json.dumps(identity),  # without the repetition
+        "metadata": json.dumps(with_metadata(run).metadata),
+        "arrays": pack(arrays),
+    }
 
 
 def _text(text: str) -> str:
@@ -253,11 +234,11 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
-    key, failed = run[:4], run.status == "failed"
+def _add(database: Database, run: Mapping[str, Any], replaced_version: str) -> bool:
+    key, failed = run_key(run), run["status"] == "failed"
     # A damaged run counts as missing and is replaced.
     for existing in database.rows("run", _KEY, *key, on_damage=lambda _: None):
-        if existing["version"] == run.version:
+        if existing["version"] == run["version"]:
             # A finished run always replaces a failed one. It is itself replaced only by a timing
             # run that other load disturbed less.
             if existing["status"] != "failed" and (failed or not _is_quieter(run, existing)):
@@ -269,17 +250,17 @@ def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
     database.delete("run", _KEY, *key)
     ((run_id,),) = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")
     database.delete("score", "run = ?", run_id)  # of a lost row that had the same id
-    database.insert("run", [(run_id, *run)])
+    database.insert("run", [(run_id, *run.values())])
     return True
 
 
-def _is_quieter(run: _EncodedRun, existing: Row) -> bool:
+def _is_quieter(run: Mapping[str, Any], existing: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
     new, old = (
         json.loads(text).get("run_delay_share", 0.0)
-        for text in (run.metadata, existing["metadata"])
+        for text in (run["metadata"], existing["metadata"])
     )
-    return run.protocol == TIMING and new < old
+    return bool(run["protocol"] == TIMING and new < old)
 
 
 def identity_of(row: Row) -> Identity:
