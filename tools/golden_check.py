@@ -132,7 +132,7 @@ def _check(item: GoldenEntry, new: bool) -> str:
         recorded is not None
         and recorded.tree == item.tree
         and set(recorded.golden) == set(item.texts)
-        and set(recorded.known) == set(item.described)
+        and set(recorded.metadata) == set(item.described)
         and not _lacks_instruction_set(recorded)
     ):
         return ""
@@ -156,7 +156,7 @@ def _check(item: GoldenEntry, new: bool) -> str:
                 f"NOT sealed: the output changed for {', '.join(different)}. If that is intended, "
                 f"use --new {item.name} for a new version."
             )
-        entry = replace(recorded, tree=item.tree, golden=golden, known=metadata)
+        entry = replace(recorded, tree=item.tree, golden=golden, metadata=metadata)
         message = "equal output: sealed again"
         if different:
             entry = replace(entry, version=recorded.next_version(), libraries=item.libraries)

@@ -247,7 +247,7 @@ class MetricScores:
         rows, data = list[list[Cell]](), list[pd.DataFrame]()
         if self._definition.combine is not mean_of_sequences:
             label = MEAN_OF_SEQUENCES
-            caption += f"; {ALL_SEQUENCES}: weighted as the preset defines, without interval"
+            caption += f"; {ALL_SEQUENCES}: weighted as the metrics define, without interval"
             if self._overall:
                 overall = self._overall_table()
                 rows += [[*row[:2], *map(_without_interval, row[2:])] for row in overall.rows]

@@ -55,7 +55,7 @@ class Standing:
     mean: float
     interval: tuple[float, float] | None  # interval of the mean at 95 %; None for too few units
     is_unbeaten: bool  # no other tracker is better; tables mark such trackers with a star
-    kept: float  # share of runs that never lost the target; the name is a key of --json
+    survival_rate: float  # share of runs that never lost the target
     ms_per_frame: float  # mean over the sequences [ms]
     fps: float  # frames per second of this mean
     clock: str  # only times of equal clocks are comparable

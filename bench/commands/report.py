@@ -184,7 +184,7 @@ def _annotated(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list
 
 
 def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, title: str) -> None:
-    """Print answer and short table; then tables of other presets, or all of them."""
+    """Print answer and short table; then tables of other metrics, or all of them."""
     from trackmark.bench.analysis.run_summary import summarise
 
     summary = summarise(runs) if "native" in options.metrics else None

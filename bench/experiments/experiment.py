@@ -36,7 +36,6 @@ if TYPE_CHECKING:
     from trackmark.bench.protocols import EvaluationProtocol
 
 FOLDER = Path(__file__).parent
-PAPERS = FOLDER.parent / "papers"
 """Folder of the papers; their experiments are named `<paper>-<file>`."""
 
 VERSION = 1
@@ -211,14 +210,7 @@ def experiment_names() -> list[str]:
 
 def _files() -> dict[str, Path]:
     """Return the files of the experiments in the package, by name."""
-    files = [*FOLDER.glob("*.toml"), *PAPERS.glob("*/experiments/*.toml")]
-    return {_name_of(file): file for file in files}
-
-
-def _name_of(path: Path) -> str:
-    folder = path.absolute().parent
-    of_paper = folder.name == "experiments" and folder.parent.parent == PAPERS.absolute()
-    return f"{folder.parent.name}-{path.stem}" if of_paper else path.stem
+    return {file.stem: file for file in FOLDER.glob("*.toml")}
 
 
 def read_experiment(name_or_path: str | Path) -> Experiment:
@@ -282,14 +274,14 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
             raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be an integer.")
     sequences = _expanded(path, "sequences", table.pop("sequences"), "truth")
     return Experiment(
-        name=_name_of(path),
+        name=path.stem,
         trackers=tuple(text for text, _ in trackers),
         sequences=tuple(
             SequenceSource(text, None if truth is None else Path(str(truth)))
             for text, truth in sequences
         ),
         repeated={text: number for text, number in trackers if number is not None},
-        **{"title": _name_of(path)} | table,
+        **{"title": path.stem} | table,
     )
 
 

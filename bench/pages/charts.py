@@ -189,7 +189,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     description += "Up and to the left is better."
     chart = Chart(
         "",
-        TIME.heading,
+        "time per frame",
         quantity.heading,
         dots,
         description,

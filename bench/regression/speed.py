@@ -115,7 +115,7 @@ def _sample(
 ) -> RatioSample:
     """Run sessions until their number suffices for their spread, or until the deadline.
 
-    Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
+    Raises `_BudgetError` after the first session if `MIN_SESSIONS` do not fit before the deadline.
     """
     started_at = monotonic()
     logs = [log_ratio(time_interleaved(setups, clips))]

@@ -76,7 +76,7 @@ class SyntheticSuite:
     def describe(self, name: str) -> SequenceMetadata:
         """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
         entry, version = self.entries[name], find_version(name, self.golden)
-        if version is None or version.tree != self.tree(name) or name not in version.known:
+        if version is None or version.tree != self.tree(name) or name not in version.metadata:
             return sequence_metadata(self.load(name, {}), entry.size)
         parameters = entry.parameters.checked(name, {})
         return SequenceMetadata(
@@ -87,7 +87,7 @@ class SyntheticSuite:
             truth_source=name,
             n_unread_images=0,
             fingerprint=self._fingerprint(entry, parameters),
-            **version.known[name],
+            **version.metadata[name],
         )
 
     def name_and_fingerprint(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
