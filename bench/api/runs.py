@@ -27,7 +27,7 @@ from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.bench.store.truth import add_truth
+from trackmark.bench.store.truth import pack_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table
@@ -112,9 +112,8 @@ class PrintedRuns(Runs):
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         store = RunStore(folder)
         store.add_requests(RequestedRuns(folder.name, self.requested))
-        for (_, fingerprint), truth in self.truths.items():
-            add_truth(folder, fingerprint, truth)
-        store.add_all((run, "") for run in self.values())
+        truths = [pack_truth(fingerprint, truth) for (_, fingerprint), truth in self.truths.items()]
+        store.add_all([(run, "") for run in self.values()], truths)
         return folder
 
     def __str__(self) -> str:

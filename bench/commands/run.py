@@ -165,7 +165,8 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
-    from trackmark.bench.store.runs import Runs, RunSource
+    from trackmark.bench.store.run_rows import StoredRuns
+    from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -175,7 +176,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
+            _print_row(Runs([dict(row)], {}, StoredRuns(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(RunStatus.STALE):
