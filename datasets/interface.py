@@ -223,6 +223,7 @@ class Sequence:
         self._masks, self.shapes = masks, shapes
         self.known_size = image_size
         self._fingerprint = fingerprint
+        self._is_runnable = False  # True after a successful `check_runnable`
 
         n_images = len(frames)
         if n_images == 0:
@@ -421,6 +422,8 @@ class Sequence:
             If there is no ground truth, if its rows cannot be boxes in pixels, or if the init box
             has no size or lies completely outside its image.
         """
+        if self._is_runnable:
+            return
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
@@ -431,6 +434,7 @@ class Sequence:
         elif lies_outside(self.boxes[frame], (image_width, image_height)):
             problem = f"lies outside the image ({image_width}x{image_height})"
         else:
+            self._is_runnable = True
             return
         raise SequenceError(
             f"{self.truth_source}: the first box, of {self.frame_name(frame)}, {problem}: "

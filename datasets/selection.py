@@ -44,6 +44,8 @@ def select_sequences(items: Iterable[str]) -> list[str]:
     excluded = [item.removeprefix(EXCLUDES) for item in items if item.startswith(EXCLUDES)]
     selecting = [item for item in items if not item.startswith(EXCLUDES)]
     specs = [spec for item in selecting for spec in matching(item, excluded)]
+    if not excluded:
+        return list(dict.fromkeys(specs))
     names = {spec: _names(spec) for spec in specs}
     for pattern in excluded:
         if not any(_matches(pattern, names[spec]) for spec in names):
@@ -51,7 +53,7 @@ def select_sequences(items: Iterable[str]) -> list[str]:
             names = {spec: spellings | _canonical_name(spec) for spec, spellings in names.items()}
         _check_pattern(pattern, selecting, names)
     selected = [spec for spec, spellings in names.items() if not _excluded(excluded, spellings)]
-    if excluded and not selected:
+    if not selected:
         raise SequenceError(
             f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
         )

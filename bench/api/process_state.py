@@ -67,8 +67,9 @@ class ProcessState:
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
         np.seterr(**self.arithmetic)
         os.chdir(self.folder)
-        os.environ.clear()
-        os.environ.update(self.environment)
+        if os.environ != self.environment:
+            os.environ.clear()
+            os.environ.update(self.environment)
         os.umask(self.umask)
         cv2.setNumThreads(self.threads)
         sys.setrecursionlimit(self.recursion_limit)

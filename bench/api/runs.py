@@ -9,20 +9,25 @@ from pathlib import Path
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.analysis.by_metrics import measures_of, metrics_for
+from trackmark.bench.analysis.by_metrics import metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
-from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
+from trackmark.bench.analysis.run_tables import (
+    mean_table,
+    measures_of,
+    undefined_notes,
+    without_undefined,
+)
 from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.bench.store.truth import add_truth
+from trackmark.bench.store.truth import pack_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table
@@ -107,9 +112,8 @@ class PrintedRuns(Runs):
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         store = RunStore(folder)
         store.add_requests(RequestedRuns(folder.name, self.requested))
-        for (_, fingerprint), truth in self.truths.items():
-            add_truth(folder, fingerprint, truth)
-        store.add_all((run, "") for run in self.values())
+        truths = [pack_truth(fingerprint, truth) for (_, fingerprint), truth in self.truths.items()]
+        store.add_all([(run, "") for run in self.values()], truths)
         return folder
 
     def __str__(self) -> str:

@@ -44,11 +44,12 @@ def parse_imported(arguments: Sequence[str]) -> "list[ImportedTracker]":
 def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder: Path) -> int:
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
-    from trackmark.bench.store.truth import add_truth_of
+    from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.truth import pack_truth, stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    for _, sequence in opened:
-        add_truth_of(folder, sequence)
+    truths = [pack_truth(sequence.fingerprint, stored_truth(sequence)) for _, sequence in opened]
+    RunStore(folder).add_all([], truths)
     n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
     open_runs(folder)  # computes the scores
     return n_runs

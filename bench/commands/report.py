@@ -263,7 +263,7 @@ def _write_page(
 
 def _print_left_out(experiments: "Sequence[Runs]") -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
-    from trackmark.bench.analysis.failed_runs import failed_runs
+    from trackmark.bench.analysis.score_tables import failed_runs
 
     lines = dict[str, None]()
     for runs in experiments:

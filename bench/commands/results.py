@@ -2,7 +2,6 @@
 
 import json
 from collections import Counter, defaultdict
-from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -218,7 +217,7 @@ def check_results(options: FolderOptions) -> int:
     """Read all stored results and report damage.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per experiment. Damaged indexes, which hold no data, are rebuilt.
+    one line per experiment. `results merge` copies the undamaged runs to another folder.
 
     For example:
       trackmark results check results
@@ -247,16 +246,10 @@ def check_results(options: FolderOptions) -> int:
 
 def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
     """Return the state of an experiment's file in words, and its data for --json."""
-    from trackmark.bench.store.keys import ResultsError
-    from trackmark.bench.store.maintenance import find_damage, repair_indexes
+    from trackmark.bench.store.maintenance import find_damage
     from trackmark.bench.store.run_store import RunStore
 
     messages = find_damage(experiment)
-    if messages:
-        with suppress(ResultsError):  # there is other damage, which the messages state
-            repair_indexes(experiment)
-            if not (messages := find_damage(experiment)):
-                print_message(f"{experiment}: a damaged index was rebuilt from its table.")
     runs = 0 if messages else len(RunStore(experiment).list_keys())
     state = "damaged" if messages else f"{runs} runs, undamaged"
     return state, {"runs": runs, "damages": messages}

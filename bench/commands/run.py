@@ -147,6 +147,8 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
     Raises `ExperimentError` for several names, which can result from an unquoted pattern.
     """
+    if not names:
+        return None
     built_in = experiment_names()
     paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
     if has_options and paths and Path(paths[0]).exists():
@@ -156,14 +158,15 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
         )
     if len(names) > 1:
         raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
-    return read_experiment(names[0]) if names else None
+    return read_experiment(names[0])
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
-    from trackmark.bench.store.runs import Runs, RunSource
+    from trackmark.bench.store.run_rows import StoredRuns
+    from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -173,7 +176,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
+            _print_row(Runs([dict(row)], {}, StoredRuns(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(RunStatus.STALE):
@@ -230,7 +233,6 @@ def _print_scores(
     runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
 ) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
-    from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
     lines: list[str] = []
@@ -245,6 +247,8 @@ def _print_scores(
             name for name in metrics if not lines or options.verbose or name != "native"
         ]
         if other_metrics and not (options.quiet and lines):
+            from trackmark.bench.analysis.by_metrics import summary_text
+
             tables = summary_text(runs, other_metrics, only_means=not options.verbose).splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     click.echo("\n".join(lines))

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.exchange import FORMATS, detect_format, find_format, require_folder
 from trackmark.bench.exchange.first_boxes import (
     FirstBox,
@@ -36,7 +36,8 @@ from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
+from trackmark.bench.store.run_rows import StoredRuns
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -131,13 +132,15 @@ def import_results(
     store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
     store.add_requests(RequestedRuns("", versions))
-    stored_keys = set(store.list_keys())
+    stored, replaced = StoredRuns.read(folder), list[tuple[Run, str]]()
+    stored_keys = {run_key(row) for row in stored.rows}
     for run in runs:
         key = run_key(run.identity)
-        existing = store.read(key).identity if key in stored_keys else None
+        existing = stored.run(key).identity if key in stored_keys else None
         if existing is not None and not existing.imported:
             raise name_collision(folder, existing.tracker)
-        store.add(run, existing.version if existing else "")
+        replaced.append((run, existing.version if existing else ""))
+    store.add_all(replaced)
     return len(runs)
 
 

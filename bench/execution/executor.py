@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run, drawing_note
+from trackmark.bench.evaluation.run_record import Run, drawing_note, with_metadata
 from trackmark.bench.execution.backend import Executor, create_executor
 from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, read_experiment
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
-from trackmark.bench.store.run_store import RunStore, with_metadata
+from trackmark.bench.store.run_rows import list_runs, run_row, store_scores
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
@@ -179,7 +180,7 @@ class Execution:
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            store_scores(self._results, scored)  # otherwise computed by the next reader
+            store_scores(self.folder, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -231,7 +232,8 @@ class Execution:
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
+            stored = Runs.open(self.folder).stored_rows
+            rows += [row for row in stored if run_key(row) in others]
         return rows
 
 

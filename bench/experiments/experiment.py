@@ -29,6 +29,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trackmark.datasets.catalogue import is_built_in
 from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import format_text, name_hint
 
@@ -67,8 +68,6 @@ class SequenceSpec:
 
     def absolute(self) -> "SequenceSpec":
         """Return the specification with absolute paths."""
-        from trackmark.datasets.catalogue import is_built_in  # a slow import, of all suites
-
         path = Path(self.spec).expanduser()
         spec = self.spec if is_built_in(self.spec) else str(path.absolute())
         return SequenceSpec(spec, self.truth.absolute() if self.truth else None)

@@ -95,7 +95,7 @@ def _frames(
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
+        costs = (sequence_runs.row["reading_seconds"] or 0.0 for sequence_runs in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )

@@ -24,7 +24,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import StoredTruth, add_truth
+from trackmark.bench.store.truth import StoredTruth, pack_truth
 
 
 class Noise:
@@ -207,9 +207,8 @@ def store_many():
         results = RunStore(folder)
         requested = {run_key(run.identity): run.identity.version for run in runs}
         results.add_requests(RequestedRuns("Many runs", requested))
-        for s, truth in enumerate(truths):
-            add_truth(folder, f"fingerprint {s}", truth)
-        results.add_all((run, "") for run in runs)
+        rows = [pack_truth(f"fingerprint {s}", truth) for s, truth in enumerate(truths)]
+        results.add_all([(run, "") for run in runs], rows)
         return results
 
     return store

@@ -28,7 +28,7 @@ def test_estimate_multiplies_frames_by_measured_times(workspace, trial, in_this_
     folder = run_experiment(trial, workspace / "results", jobs=1)
     assert estimated(workspace, trial) == TimeEstimate(0.0, [])
     with sqlite3.connect(folder / "runs.db") as database:
-        database.execute("UPDATE run SET seconds = 2 * frames, frame_seconds = 0.5")
+        database.execute("UPDATE run SET seconds = 2 * frames, reading_seconds = 0.5")
         (frames,) = database.execute("SELECT frames FROM run").fetchone()
     again = replace(trial, name="again")
     assert estimated(workspace, again) == TimeEstimate(frames * (2 + 2 + 0.5), [])

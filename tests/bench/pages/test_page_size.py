@@ -5,12 +5,12 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, write_experiment_page
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import run_identity
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import load
 
 TRACKERS = ("camshift", "mean-shift", "particle-filter", "opencv-mil", "multipart", "wang2010")

@@ -7,11 +7,12 @@ import numpy as np
 import pytest
 
 from tests.bench.evaluation.walkers import Walker
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.evaluation.ground_truth import segment_frames
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
-from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
@@ -21,10 +22,8 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import scored_rows
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.trackers import Estimate
 
 every_protocol = pytest.mark.parametrize("name", protocols.names())
@@ -192,7 +191,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     results.add_requests(RequestedRuns("", {}))
     add_truth_of(results.folder, sequence)
     results.add(unknown)
-    (row,) = scored_rows(results)
+    (row,) = Runs.open(results.folder).stored_rows
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(

@@ -30,6 +30,7 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
+from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
@@ -171,7 +172,7 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def stored_runs_are_the_expected_ones(self):
         assert self._stored_runs() == self.runs
-        assert dict(self.results.requested_runs().versions) == self.requested
+        assert dict(StoredRuns.read(self.results.folder).requests.versions) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
@@ -254,7 +255,7 @@ class Experimenter(RuleBasedStateMachine):
                 stored_runs = self._stored_runs()
                 for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
                     assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(self.results.requested_runs().versions)
+                noted = dict(StoredRuns.read(self.results.folder).requests.versions)
                 assert noted in (self.requested, requested)
                 self.runs, self.requested = stored_runs, noted
                 return
