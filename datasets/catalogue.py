@@ -7,7 +7,8 @@ from fnmatch import fnmatchcase
 from functools import cache
 from glob import glob
 from pathlib import Path
-from typing import Any, Protocol, cast
+from pkgutil import resolve_name
+from typing import Any, Protocol
 
 from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.interface import (
@@ -18,6 +19,18 @@ from trackmark.datasets.interface import (
 )
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 from trackmark.datasets.spec_string import close_match, natural_order, parse_text
+
+SUITES = {
+    "moreno2005": "trackmark.datasets.synthetic.moreno2005:SUITE",
+    "multipart": "trackmark.datasets.synthetic.multipart:SUITE",
+    "nguyen2002": "trackmark.datasets.synthetic.nguyen2002:SUITE",
+    "nummiaro2003": "trackmark.datasets.synthetic.nummiaro2003:SUITE",
+    "plain": "trackmark.datasets.synthetic.plain:SUITE",
+    "samples": "trackmark.datasets.samples",
+    "stress": "trackmark.datasets.synthetic.multipart:SUITE",
+    "wang2010": "trackmark.datasets.synthetic.wang2010:SUITE",
+}
+"""Suites by the first part of their names; a suite is imported when one of its names is used."""
 
 
 class Suite(Protocol):
@@ -39,6 +52,10 @@ class Suite(Protocol):
         """Return the metadata of a sequence with default options."""
         ...
 
+    def name_and_fingerprint(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
+        """Return name and fingerprint of the sequence that `load` opens; exceptions are equal."""
+        ...
+
     def load(self, name: str, options: Mapping[str, str]) -> Sequence:
         """Open a sequence with these options."""
         ...
@@ -46,7 +63,12 @@ class Suite(Protocol):
 
 def names() -> list[str]:
     """List the built-in sequences, sorted."""
-    return sorted(_suites())
+    return sorted(name for suite in suites() for name in suite.names())
+
+
+def suites() -> list[Suite]:
+    """Import all suites and return each of them once; no renderer is loaded."""
+    return [resolve_name(path) for path in dict.fromkeys(SUITES.values())]
 
 
 def sequence_size(name: str) -> SequenceSize:
@@ -57,9 +79,10 @@ def sequence_size(name: str) -> SequenceSize:
     SequenceError
         If the name is not one of `names()`.
     """
-    if name not in _suites():
+    suite = _find_suite(name)
+    if suite is None:
         raise _unknown_sequence(name, _checked_path(name))
-    return _suites()[name].sequence_size(name)
+    return suite.sequence_size(name)
 
 
 def describe(name_or_path: str | Path, truth: str | Path | None = None) -> SequenceMetadata:
@@ -68,8 +91,9 @@ def describe(name_or_path: str | Path, truth: str | Path | None = None) -> Seque
     Metadata of synthetic sequences with default options are stored. Other sequences are opened.
     """
     text = str(name_or_path)
-    if isinstance(name_or_path, str) and truth is None and text in _suites():
-        return _suites()[text].describe(text)
+    suite = _find_suite(text) if isinstance(name_or_path, str) and truth is None else None
+    if suite is not None:
+        return suite.describe(text)
     return sequence_metadata(load(name_or_path, truth))
 
 
@@ -78,11 +102,10 @@ def name_and_fingerprint(text: str) -> tuple[str, str]:
 
     Synthetic sequences without filters are not opened, because opening can take a second.
     """
-    from trackmark.datasets.synthetic.suite import SyntheticSuite
-
-    suite = _suites().get(text.partition(":")[0])
-    if isinstance(suite, SyntheticSuite) and not _split_filters(text)[1]:
-        return suite.name_and_fingerprint(text.partition(":")[0], _options_in(text))
+    name = text.partition(":")[0]
+    suite = _find_suite(name)
+    if suite is not None and not _split_filters(text)[1]:
+        return suite.name_and_fingerprint(name, _options_in(text))
     sequence = load(text)
     return sequence.name, sequence.fingerprint
 
@@ -95,17 +118,18 @@ def options(name: str) -> list[dict[str, Any]]:
     list of dict
         `name`, `default` and `meaning` (unit in brackets); empty without options.
     """
-    if not is_built_in(name):
-        from trackmark.datasets import readers
-
-        return readers.options(_split_path(name)[0])
     bare = name.partition(":")[0]
-    return _suites()[bare].options(bare)
+    suite = _find_suite(bare)
+    if suite is not None:
+        return suite.options(bare)
+    from trackmark.datasets import readers
+
+    return readers.options(_split_path(name)[0])
 
 
 def is_built_in(text: str) -> bool:
     """Return whether `load` reads a text as the name of a built-in sequence, not as a path."""
-    return text.partition(":")[0] in _suites()
+    return _find_suite(text.partition(":")[0]) is not None
 
 
 def path_format(text: str) -> str:
@@ -259,13 +283,14 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
         from trackmark.datasets.filters import filtered  # imported here, because it loads OpenCV
 
         return filtered(load(type(name_or_path)(bare), truth), filters)
-    if isinstance(name_or_path, str) and is_built_in(text):
-        name = text.partition(":")[0]
+    name = text.partition(":")[0]
+    suite = _find_suite(name) if isinstance(name_or_path, str) else None
+    if suite is not None:
         if truth is not None:
             raise SequenceError(
                 f"{name}: built-in sequences have their own ground truth. Omit {truth}."
             )
-        return _suites()[name].load(name, _options_in(text))
+        return suite.load(name, _options_in(text))
     from trackmark.datasets import readers  # imported here, because it loads decoders
 
     path, chosen = _split_path(text)
@@ -332,10 +357,8 @@ def _unknown_sequence(text: str, path: Path) -> SequenceError:
 
 
 @cache
-def _suites() -> dict[str, Suite]:
-    """Return the suite of each built-in sequence; no renderer is loaded."""
-    from trackmark.datasets import samples
-    from trackmark.datasets.synthetic.suite import suites
-
-    all_suites = [cast(Suite, samples), *suites()]
-    return {name: suite for suite in all_suites for name in suite.names()}
+def _find_suite(name: str) -> Suite | None:
+    """Return the suite of a built-in sequence, or None for other names."""
+    path = SUITES.get(name.partition("/")[0])
+    suite: Suite | None = resolve_name(path) if path else None
+    return suite if suite is not None and name in suite.names() else None

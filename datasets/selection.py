@@ -44,6 +44,8 @@ def select_sequences(items: Iterable[str]) -> list[str]:
     excluded = [item.removeprefix(EXCLUDES) for item in items if item.startswith(EXCLUDES)]
     selecting = [item for item in items if not item.startswith(EXCLUDES)]
     texts = [text for item in selecting for text in matching(item, excluded)]
+    if not excluded:
+        return list(dict.fromkeys(texts))
     names = {text: _names(text) for text in texts}
     for pattern in excluded:
         if not any(_matches(pattern, names[text]) for text in names):
@@ -51,7 +53,7 @@ def select_sequences(items: Iterable[str]) -> list[str]:
             names = {text: spellings | _canonical_name(text) for text, spellings in names.items()}
         _check_pattern(pattern, selecting, names)
     selected = [text for text, spellings in names.items() if not _excluded(excluded, spellings)]
-    if excluded and not selected:
+    if not selected:
         raise SequenceError(
             f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
         )

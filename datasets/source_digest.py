@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from inspect import getmodulename
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def _versions(name: str) -> dict[str, str]:
     # An interrupted installation leaves distributions without a name.
     owners = [owner for owner in _distributions().get(name, ()) if owner.metadata["Name"]]
     versions: dict[str, str] = {}
-    for owner in sorted(owners, key=lambda owner: owner.name):
+    for owner in sorted(owners, key=attrgetter("name")):
         versions.setdefault(owner.name, owner.version)
     return versions
 
@@ -131,7 +132,8 @@ def _follow_imports(
             dotted = full.removeprefix("trackmark.")
             top = dotted.partition(".")[0]
             root = roots.get(top)
-            is_external = dotted != full or _is_installed(top)
+            is_installed = top in sys.stdlib_module_names or top in _distributions()
+            is_external = dotted != full or is_installed
             if root is None and not _dotted_package(file) and not is_external:
                 root = file.parent
             module = _find_module(dotted, root) if root is not None else None
@@ -166,18 +168,15 @@ def _distributions() -> dict[str, list[metadata.Distribution]]:
 def _first_folders(distribution: metadata.Distribution) -> set[str]:
     """Return the top-level import names of a distribution's files."""
     record = distribution.read_text("RECORD")
-    if record is None:
-        files = [str(file) for file in distribution.files or ()]
-    else:
-        files = [line.rpartition(",")[0].rpartition(",")[0] for line in record.splitlines()]
-    parts = [file.strip('"').partition("/") for file in files]
-    names = {first if slash else getmodulename(first) for first, slash, _ in parts}
-    return {name for name in names if name and "." not in name}
-
-
-def _is_installed(top: str) -> bool:
-    """Return whether an import name belongs to the standard library or a distribution."""
-    return top in sys.stdlib_module_names or top in _distributions()
+    names: set[str] = set()
+    for line in map(str, distribution.files or ()) if record is None else record.splitlines():
+        # Digest and size follow the path in RECORD.
+        file = line if record is None else line.rsplit(",", 2)[0]
+        first, slash, _ = file.strip('"').partition("/")
+        name = first if slash else getmodulename(first)
+        if name and "." not in name:
+            names.add(name)
+    return names
 
 
 @cache

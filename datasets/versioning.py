@@ -29,7 +29,7 @@ class VersionEntry:
     # trackers only: import names of the libraries whose versions belong to the tracker's version
     libraries: list[str] = field(default_factory=list)
     # scenes only: metadata by sequence; see `datasets.metadata.stored_metadata`
-    known: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    metadata: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def identity(self, tree: str) -> list[Any]:
         """Return the version; if the source differs from the stored digest, append its digest."""

@@ -65,6 +65,7 @@ def normalise(text):
         text.rstrip(),
     )
     text = re.sub(r"about \d+ times", "N times", text)
+    text = re.sub(r'(?<=File ").*/(?=hang.py")', "", text)
     return re.sub(r"-{2,}", "-", " ".join(text.split()))
 
 

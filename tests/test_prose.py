@@ -48,14 +48,6 @@ PRIVATE_WORDS = {
 
 MAX_WORDS = {"page": 30, "docstring": 35, "message": 10**6}  # of a sentence
 
-ALLOWED = {
-    ("bench/api/runs.py", "weak name: by"): 'argument, as in `means(by="sequence")` of pandas',
-    ("bench/analysis/comparison.py", "weak name: kept"): "key of compare --json",
-    ("bench/papers/measures.py", "weak name: kept"): "measure in paper.toml and claims.toml",
-    ("datasets/versioning.py", "weak name: known"): "key in golden.json",
-}
-"""Reasons for wrong findings, by file and text; at most 20."""
-
 
 def sentences(text):
     """Yield sentences without code, tables, headings and addresses of links."""
@@ -157,9 +149,7 @@ def test_prose_of_code_and_pages_follows_the_rules():
     for file in PAGES:
         problems = check_text(file.read_text("utf-8"), "page")
         departures += [(str(file.relative_to(ROOT)), 1, problem) for problem in problems]
-    assert not ALLOWED.keys() - {(name, text) for name, _, text in departures}, "unused entries"
-    assert len(ALLOWED) <= 20
-    rest = [f"{n}:{line}: {text}" for n, line, text in departures if (n, text) not in ALLOWED]
+    rest = [f"{name}:{line}: {text}" for name, line, text in departures]
     assert not rest, "\n".join(rest)
 
 

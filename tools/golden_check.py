@@ -21,10 +21,11 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.bench.output_files import write_file
+from trackmark.datasets.catalogue import suites
 from trackmark.datasets.golden import golden_digests
 from trackmark.datasets.metadata import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
-from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.synthetic.suite import SyntheticSuite
 from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
 
 Golden = dict[str, Mapping[str, str]]
@@ -86,6 +87,8 @@ def _short(name: str) -> datasets.Sequence:
 
 def _scenes() -> Iterator[GoldenEntry]:
     for suite in suites():
+        if not isinstance(suite, SyntheticSuite):
+            continue
         recorded_entries = read_versions(suite.golden)
         covered: dict[str, list[str]] = {}
         for name in suite.names():
@@ -132,7 +135,7 @@ def _check(item: GoldenEntry, new: bool) -> str:
         recorded is not None
         and recorded.tree == item.tree
         and set(recorded.golden) == set(item.texts)
-        and set(recorded.known) == set(item.described)
+        and set(recorded.metadata) == set(item.described)
         and not _lacks_instruction_set(recorded)
     ):
         return ""
@@ -156,7 +159,7 @@ def _check(item: GoldenEntry, new: bool) -> str:
                 f"NOT sealed: the output changed for {', '.join(different)}. If that is intended, "
                 f"use --new {item.name} for a new version."
             )
-        entry = replace(recorded, tree=item.tree, golden=golden, known=metadata)
+        entry = replace(recorded, tree=item.tree, golden=golden, metadata=metadata)
         message = "equal output: sealed again"
         if different:
             entry = replace(entry, version=recorded.next_version(), libraries=item.libraries)

@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.analysis.by_metrics import measures_of
+from trackmark.bench.analysis.run_tables import measures_of
 from trackmark.bench.analysis.score_tables import counted, with_not_run
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.correlation import rank_correlation

@@ -168,7 +168,9 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
         Cell(standing.tracker + remark),
         Cell(_number(comparison, standing.mean), standing.is_unbeaten),
         Cell(_interval(comparison, standing.interval)),
-        Cell(f"{100 * standing.kept:.0f}" if isfinite(standing.kept) else MISSING),
+        Cell(
+            f"{100 * standing.survival_rate:.0f}" if isfinite(standing.survival_rate) else MISSING
+        ),
         Cell(time_text(standing.ms_per_frame, time_mark, digits)),
         Cell(fps_text(standing.ms_per_frame)),
     ]

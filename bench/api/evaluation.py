@@ -25,12 +25,11 @@ from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, 
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
-from trackmark.bench.external.plugin import close_idle_processes
-from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
+from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.process_tree import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
 from trackmark.bench.store.truth import stored_truth
-from trackmark.bench.temporary_paths import remove_abandoned
+from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.estimate_check import value_text

@@ -9,13 +9,18 @@ from pathlib import Path
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.analysis.by_metrics import measures_of, metrics_for
+from trackmark.bench.analysis.by_metrics import metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
-from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
+from trackmark.bench.analysis.run_tables import (
+    mean_table,
+    measures_of,
+    undefined_notes,
+    without_undefined,
+)
 from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
@@ -37,12 +42,12 @@ class PrintedRuns(Runs):
     sequences: Sequence[datasets.Sequence] = ()
     """Sequences of runs in memory; as long as they exist, `Run.open_sequence` returns them."""
 
-    def means(self, by: str = "tracker", metrics: str | None = None) -> pd.DataFrame:
+    def means(self, per: str = "tracker", metrics: str | None = None) -> pd.DataFrame:
         """Return mean scores.
 
         Parameters
         ----------
-        by : {'tracker', 'sequence'}
+        per : {'tracker', 'sequence'}
             `tracker`: mean over repetitions, then over sequences; families of scenes count as one
             sequence. `sequence`: mean over repetitions for each sequence and tracker.
         metrics : str, optional
@@ -56,10 +61,10 @@ class PrintedRuns(Runs):
             scores. Sequences on which no run has a score, such as those of one frame, are left out.
             A mean is NaN if a run is missing, or if all runs of a tracker failed.
         """
-        if by not in ("tracker", "sequence"):
-            raise ValueError(f"by is {by!r}. Expected: 'tracker' or 'sequence'.")
+        if per not in ("tracker", "sequence"):
+            raise ValueError(f"per is {per!r}. Expected: 'tracker' or 'sequence'.")
         metrics = self.metrics if metrics is None else metrics_by_name(metrics, self.protocol)
-        if by == "sequence":
+        if per == "sequence":
             data = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
             index, columns = ["sequence", "tracker"], {"": "mean"}
         else:

@@ -4,6 +4,7 @@ import ast
 import sys
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from types import MethodType
@@ -17,15 +18,14 @@ from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker,
 from trackmark.bench.external.isolated import IsolatedFactory
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
-    PLUGIN_MODULE,
     check_name,
     names,
     resolve_plugin,
-    validate_plugin,
 )
 from trackmark.trackers.base.estimate_check import value_text
 from trackmark.trackers.base.plain import PlainTracker, to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
+from trackmark.trackers.base.tracker_files import PLUGIN_MODULE, validate_plugin
 
 
 def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> list[TrackerSpec]:
@@ -41,7 +41,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
         if not isinstance(tracker, str | Path):
             if not isinstance(tracker, type) and not missing_methods(tracker):
                 owners.add(tracker, spec.label, is_new=True)
-            spec = spec.changed(make=partial(owners.create, spec))
+            spec = replace(spec, make=partial(owners.create, spec))
         other, other_spec = by_label.setdefault(spec.label, (tracker, spec))
         if not _is_same(tracker, other) and not _equal_texts(spec, other_spec, tracker, other):
             raise TrackerError(
@@ -50,7 +50,7 @@ def resolve_trackers(trackers: Any, repetitions: int, base_seed: int | None) -> 
             )
     if not by_label:
         raise TrackerError("no tracker is given. Give at least one.")
-    return [spec.changed(base_seed=base_seed) for _, spec in by_label.values()]
+    return [replace(spec, base_seed=base_seed) for _, spec in by_label.values()]
 
 
 class _Owners:
@@ -145,7 +145,7 @@ def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
 def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if isinstance(tracker, str | Path):
         spec = parse_tracker(str(tracker))
-        return spec.changed(label=name) if name else spec
+        return replace(spec, label=name) if name else spec
     try:
         is_class, missing = isinstance(tracker, type), missing_methods(tracker)
     except ValueError as error:

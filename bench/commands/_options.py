@@ -169,7 +169,7 @@ def _complete_file(
     return [CompletionItem(incomplete, type="file")]
 
 
-def _presets(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
+def _metrics(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
     from trackmark.bench import metrics
 
     if not split_list(text):
@@ -188,7 +188,7 @@ def metrics_option(group: str = "Output") -> Any:
         metavar="NAMES",
         default="native",
         type=str,
-        callback=_presets,
+        callback=_metrics,
     )
 
 

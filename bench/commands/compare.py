@@ -70,7 +70,7 @@ class CompareOptions(ScreenOptions, EngineOptions):
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
         f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-        "[default: mean_overlap, or the first column of the preset]",
+        "[default: mean_overlap, or the first score of the metrics]",
         group="Statistics",
         metavar="NAME",
     )

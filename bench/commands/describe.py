@@ -70,7 +70,7 @@ Description = tuple[dict[str, Any], list[str]]
 def _tracker(name: str) -> Description | None:
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_spec import describe_tracker, split_text
-    from trackmark.bench.external.definition import is_external, split_table
+    from trackmark.bench.external import is_external, split_table
     from trackmark.trackers.base.catalogue import in_file, is_outside, summary
 
     outside = split_table(name) or in_file(name) or name.startswith("trax:")

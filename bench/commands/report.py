@@ -184,7 +184,7 @@ def _annotated(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list
 
 
 def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, title: str) -> None:
-    """Print answer and short table; then tables of other presets, or all of them."""
+    """Print answer and short table; then tables of other metrics, or all of them."""
     from trackmark.bench.analysis.run_summary import summarise
 
     summary = summarise(runs) if "native" in options.metrics else None
@@ -254,7 +254,7 @@ def _write_page(
 
 def _print_left_out(experiments: "Sequence[Runs]") -> int:
     """Print a line per tracker whose runs all failed; return the exit code."""
-    from trackmark.bench.analysis.failed_runs import failed_runs
+    from trackmark.bench.analysis.score_tables import failed_runs
 
     lines = dict[str, None]()
     for runs in experiments:

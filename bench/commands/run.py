@@ -144,6 +144,8 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
 
     Raises `ExperimentError` for several names, which can result from an unquoted pattern.
     """
+    if not names:
+        return None
     built_in = experiment_names()
     paths = [name for name in names if name not in built_in and not name.endswith(".toml")]
     if has_options and paths and Path(paths[0]).exists():
@@ -153,7 +155,7 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
         )
     if len(names) > 1:
         raise ExperimentError(f"{len(names)} experiments are named. Give one experiment.")
-    return read_experiment(names[0]) if names else None
+    return read_experiment(names[0])
 
 
 def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
@@ -227,7 +229,6 @@ def _print_scores(
     runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
 ) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
-    from trackmark.bench.analysis.by_metrics import summary_text
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
 
     lines: list[str] = []
@@ -240,6 +241,8 @@ def _print_scores(
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
         others = [name for name in metrics if not lines or options.verbose or name != "native"]
         if others and not (options.quiet and lines):
+            from trackmark.bench.analysis.by_metrics import summary_text
+
             text = summary_text(runs, others, only_means=not options.verbose)
             tables = text.splitlines()
             lines += [*([""] if lines and tables else []), *tables]

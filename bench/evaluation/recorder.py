@@ -17,7 +17,11 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.ground_truth import select_ground_truth
+from trackmark.bench.evaluation.ground_truth import (
+    find_segments,
+    segment_frames,
+    select_ground_truth,
+)
 from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
@@ -26,13 +30,12 @@ from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
-from trackmark.bench.metrics.times import Times, time_fields
+from trackmark.bench.metrics.times import RUN_DELAY_CLOCK, WALL_CLOCK, Times, time_fields
 from trackmark.bench.protocols import (
     ONE_PASS,
     TIMING,
     Action,
     Controller,
-    EvaluationProtocol,
     Segment,
     protocol_of_key,
 )
@@ -65,10 +68,6 @@ COLUMNS = 6
 MAX_REASON_CHARACTERS = 1_000
 MAX_TRACEBACK_CHARACTERS = 20_000
 """Maximum number of stored characters of the traceback of an exception."""
-
-RUN_DELAY_CLOCK = "wall time minus run delay"
-WALL_CLOCK = "wall time"
-"""Clocks of runs. Only times of equal clocks are compared."""
 
 _FLOAT64 = np.dtype(np.float64)
 _NO_MEMORY = -4  # OpenCV's Error::StsNoMem
@@ -118,8 +117,8 @@ class Recorder:
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
         self._protocol = protocol_of_key(protocol)
-        self.segments = _segments(self._protocol, sequence, spec.init)
-        self._frames = _segment_frames(self._protocol, self.segments, len(sequence))
+        self.segments = find_segments(protocol, sequence, spec.init)
+        self._frames = segment_frames(protocol, sequence, spec.init)
         self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
         self._on_exhausted_memory = on_exhausted_memory
@@ -520,29 +519,3 @@ def _lacks_memory(error: BaseException) -> bool:
     return isinstance(error, MemoryError) or (
         isinstance(error, cv2.error) and error.code == _NO_MEMORY
     )
-
-
-def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArray[np.int32], ...]:
-    """Return the frame numbers of each segment; empty for a protocol without segments.
-
-    `protocol` is the stored name. `init` names the ground truth for the initialisation.
-
-    Raises `SequenceError` if the sequence does not have this region, or no ground truth.
-    """
-    rules = protocol_of_key(protocol)
-    return _segment_frames(rules, _segments(rules, sequence, init), len(sequence))
-
-
-def _segment_frames(
-    protocol: EvaluationProtocol, segments: Iterable[Segment], n: int
-) -> tuple[NDArray[np.int32], ...]:
-    """Return the frame numbers of segments of a sequence of n frames; see `segment_frames`."""
-    if not protocol.has_segments:
-        return ()
-    return tuple(np.array(segment.frames(n), np.int32) for segment in segments)
-
-
-def _segments(protocol: EvaluationProtocol, sequence: Sequence, init: str) -> tuple[Segment, ...]:
-    boxes = select_ground_truth(sequence, init, sequence.name).boxes
-    present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(protocol.segments(present, sequence.frame_values))

@@ -24,7 +24,8 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, Task
 from trackmark.bench.experiments.tracker_spec import split_text
-from trackmark.bench.external.definition import is_external, with_absolute_path
+from trackmark.bench.external import is_external
+from trackmark.bench.external.definition import with_absolute_path
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError
 from trackmark.datasets import SequenceError

@@ -1,9 +1,10 @@
 """Plan of an experiment: its runs and their statuses. `scheduling.py` groups them into tasks."""
 
 from collections.abc import Callable, Iterable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -11,8 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.recorder import segment_frames
+from trackmark.bench.evaluation.ground_truth import segment_frames, select_ground_truth
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING
@@ -152,7 +152,7 @@ class Plan:
         rows = list(rows)
         drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
         trackers = {
-            text: spec.changed(randomness=Randomness.PROCESS)
+            text: replace(spec, randomness=Randomness.PROCESS)
             if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew
             else spec
             for text, spec in self.trackers.items()
@@ -277,11 +277,26 @@ def _open_all(
 
 
 def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | str:
-    """Return the sequence, or the message of the error if it cannot be used."""
+    """Return the sequence of a source and protocol, or the message if it cannot be used."""
+    source, protocol = key
     try:
-        return _open_planned(*key)
+        sequence = _open(source)
+        n_frames = sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence)
     except SequenceError as error:
         return str(error)
+    starts = {BOXES}
+    for region in sequence.regions:
+        with suppress(SequenceError):
+            select_ground_truth(sequence, region)
+            starts.add(region)
+    return PlannedSequence(
+        source,
+        sequence.name,
+        sequence.fingerprint,
+        n_frames,
+        tuple(sequence.remarks),
+        frozenset(starts),
+    )
 
 
 def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSequence]:
@@ -313,27 +328,7 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
             )
 
 
-def _open_planned(source: SequenceSource, protocol: str) -> PlannedSequence:
-    sequence = _open(source)
-    return PlannedSequence(
-        source=source,
-        name=sequence.name,
-        fingerprint=sequence.fingerprint,
-        n_frames=sum(map(len, segment_frames(protocol, sequence, BOXES))) or len(sequence),
-        remarks=tuple(sequence.remarks),
-        starts=frozenset(filter(partial(_can_start, sequence), [BOXES, *sequence.regions])),
-    )
-
-
 def _open(source: SequenceSource) -> Sequence:
     sequence = datasets.load(source.text, truth=source.truth)
     sequence.check_runnable()
     return sequence
-
-
-def _can_start(sequence: Sequence, region: str) -> bool:
-    try:
-        select_ground_truth(sequence, region)
-    except SequenceError:
-        return False
-    return True

@@ -45,6 +45,14 @@ class Task:
         return self.n_frames * len(self.runs)
 
 
+OPENING_SECONDS = 3600.0
+"""Longest time in which a worker sends no message while it opens a sequence [s]."""
+
+
+class RepeatError(Exception):
+    """Reason to repeat a task with a process for each tracker."""
+
+
 class UnusableTrackerError(SequenceError):
     """Error of a tracker that a worker cannot create as it was planned."""
 

@@ -29,6 +29,7 @@ from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from trackmark.datasets.catalogue import is_built_in
 from trackmark.datasets.decoding import check_name, quote
 from trackmark.datasets.spec_string import format_text, name_hint
 
@@ -36,7 +37,6 @@ if TYPE_CHECKING:
     from trackmark.bench.protocols import EvaluationProtocol
 
 FOLDER = Path(__file__).parent
-PAPERS = FOLDER.parent / "papers"
 """Folder of the papers; their experiments are named `<paper>-<file>`."""
 
 VERSION = 1
@@ -68,8 +68,6 @@ class SequenceSource:
 
     def absolute(self) -> "SequenceSource":
         """Return the source with absolute paths."""
-        from trackmark.datasets.catalogue import is_built_in  # a slow import, of all suites
-
         path = Path(self.text).expanduser()
         text = self.text if is_built_in(self.text) else str(path.absolute())
         return SequenceSource(text, self.truth.absolute() if self.truth else None)
@@ -211,14 +209,7 @@ def experiment_names() -> list[str]:
 
 def _files() -> dict[str, Path]:
     """Return the files of the experiments in the package, by name."""
-    files = [*FOLDER.glob("*.toml"), *PAPERS.glob("*/experiments/*.toml")]
-    return {_name_of(file): file for file in files}
-
-
-def _name_of(path: Path) -> str:
-    folder = path.absolute().parent
-    of_paper = folder.name == "experiments" and folder.parent.parent == PAPERS.absolute()
-    return f"{folder.parent.name}-{path.stem}" if of_paper else path.stem
+    return {file.stem: file for file in FOLDER.glob("*.toml")}
 
 
 def read_experiment(name_or_path: str | Path) -> Experiment:
@@ -282,14 +273,14 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
             raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be an integer.")
     sequences = _expanded(path, "sequences", table.pop("sequences"), "truth")
     return Experiment(
-        name=_name_of(path),
+        name=path.stem,
         trackers=tuple(text for text, _ in trackers),
         sequences=tuple(
             SequenceSource(text, None if truth is None else Path(str(truth)))
             for text, truth in sequences
         ),
         repeated={text: number for text, number in trackers if number is not None},
-        **{"title": _name_of(path)} | table,
+        **{"title": path.stem} | table,
     )
 
 

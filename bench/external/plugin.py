@@ -1,16 +1,15 @@
-"""Trackers that run in another process, and the processes that wait for a tracker."""
+"""Base classes of trackers that run in another process."""
 
-import os
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from trackmark import trackers
-from trackmark.bench.external.process import ExternalTrackerError, LineProcess
+from trackmark.bench.external.process import LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.trackers.base.call_clock import CallTime
@@ -99,46 +98,6 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
     def reject(self, error: MalformedEstimateError) -> Exception:
         """See `RemoteTracker.reject`."""
         return self.process.fail(f"returned an invalid estimate: {error}")
-
-
-_Process = TypeVar("_Process", bound=LineProcess)
-
-MAX_IDLE_PROCESSES = 8
-"""Maximum number of processes that wait for a tracker, because each can hold a model in memory."""
-
-_idle: list[tuple[tuple[object, ...], Any]] = []
-"""Keys and processes without a tracker; the last one was used last."""
-
-
-def take_process(start: Callable[[], _Process], *key: object) -> _Process:
-    """Return an idle process of a tracker, or start one; `key` are its options and digest."""
-    for place, (other, process) in enumerate(_idle):
-        if other == (os.getpid(), *map(repr, key)):
-            del _idle[place]
-            process.forget_output()
-            return process  # type: ignore[no-any-return]  # kept under its key
-    return start()
-
-
-def keep_process(process: LineProcess, *key: object) -> None:
-    """Keep a process for the next tracker of its key, because a start can take seconds."""
-    if process.is_usable:
-        _idle.append(((os.getpid(), *map(repr, key)), process))
-    else:
-        process.close()
-    if len(_idle) > MAX_IDLE_PROCESSES:
-        _close_oldest()
-
-
-def close_idle_processes() -> None:
-    """End the processes that wait for a tracker."""
-    while _idle:
-        _close_oldest()
-
-
-def _close_oldest() -> None:
-    with suppress(ExternalTrackerError):  # no run needs its answers any more
-        _idle.pop(0)[1].close()
 
 
 def digest_file(file: Path) -> str:

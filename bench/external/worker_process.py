@@ -13,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.external.process import (
-    FRAME_FOLDER,
-    FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
 )
 from trackmark.bench.machine_errors import machine_fault, no_room
-from trackmark.bench.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.trackers import TrackerError
 
 HOME = str(Path(__file__).parents[3])

@@ -20,6 +20,10 @@ TIME_FIELDS = (
 )
 """Names of the numbers of `time_fields`."""
 
+RUN_DELAY_CLOCK = "wall time minus run delay"
+WALL_CLOCK = "wall time"
+"""Clocks of runs. Only times of equal clocks are compared."""
+
 CPU_FACTOR = 1.5
 """Ratio between time and CPU time from which a run gets a note."""
 

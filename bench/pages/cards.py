@@ -45,7 +45,7 @@ def leaderboard(
     with failed runs. For `time_marks` and `time_notes`, see `bench.analysis.times`.
     """
     rows: list[dict[str, Any]] = []
-    for tracker, measures in means_by_tracker(summary).items():
+    for tracker, measures in means_by_tracker(summary.data).items():
         success, error, time = (
             measures.get(name, {}).get("mean", np.nan)
             for name in ("success_rate", "centre_error", TIME.name)
@@ -152,7 +152,7 @@ def overlap_matrix(
     posters = {sequence.name: poster(sequence) for sequence in sequences}
     if len(means) > N_SHOWN_SEQUENCES:
         means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
-    overall = means_by_tracker(summary)
+    overall = means_by_tracker(summary.data)
     mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
     names = sorted(mean_of, key=lambda name: _descending(mean_of[name]))
     rows = [

@@ -173,7 +173,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
 def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     """Return the plot of mean overlap against the time per frame; none for a single tracker."""
     quantity, dots = SUMMARY[0], []
-    for name, measures in means_by_tracker(summary).items():
+    for name, measures in means_by_tracker(summary.data).items():
         score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
         if isfinite(score.get("mean", nan) + time.get("mean", nan)):
             opened = runs.worst_position(name, None, "overlap")
@@ -189,7 +189,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     description += "Up and to the left is better."
     chart = Chart(
         "",
-        "time per frame [ms]",
+        "time per frame",
         quantity.heading,
         dots,
         description,

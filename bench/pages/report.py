@@ -17,10 +17,9 @@ from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
 from trackmark.bench.analysis.comparison import Comparison
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import Answer
-from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
-from trackmark.bench.analysis.score_tables import with_not_run
+from trackmark.bench.analysis.score_tables import failed_runs, with_not_run
 from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
@@ -143,7 +142,7 @@ class _Content:
             (heading, details), comparison = answer_on(
                 self.runs.scored(DEFAULT_METRICS, ONE_PASS),
                 self.timed,
-                means_by_tracker(self.summary),
+                means_by_tracker(self.summary.data),
                 attributes=self.runs.attributes,
                 same_boxes=same_boxes(self.runs),
                 not_repeatable=not_repeatable(self.runs.table),

@@ -1,4 +1,4 @@
-"""Figures that are written next to a page: its charts, curves of presets and film strips."""
+"""Figures that are written next to a page: its charts, curves of metrics and film strips."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

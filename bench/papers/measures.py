@@ -267,7 +267,7 @@ def _tracked_at(measured: MeasuredRun, frames: list[int]) -> NDArray[np.bool_]:
 
 
 @measure("share")
-def kept(measured: MeasuredRun) -> float:
+def kept_to_end(measured: MeasuredRun) -> float:
     """Return 1 if the target is tracked in 90 % of the visible frames and in the last ten."""
     tracked = measured.on_target[measured.visible]
     return float(tracked.mean() >= KEPT_SHARE and bool(tracked[-LAST_FRAMES:].all()))

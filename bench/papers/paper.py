@@ -207,7 +207,7 @@ class Paper(TomlTable):
     # in the box), or a function in the paper's `measures.py`.
     on_target: FrameValuesName = Field(default="within", validate_default=True)
     # Definition of a run that keeps the target, for the reference of no-worse claims.
-    kept_measure: MeasureName = Field(default="kept", validate_default=True)
+    kept_measure: MeasureName = Field(default="kept_to_end", validate_default=True)
     trajectory: Literal["online", "revised"] = "online"
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[str, InstanceOf[PaperTracker]]

@@ -19,7 +19,7 @@ from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interl
 from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSource
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
-from trackmark.bench.external.definition import is_external
+from trackmark.bench.external import is_external
 from trackmark.bench.regression.baseline import Baseline, BaselineError
 from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
@@ -32,8 +32,7 @@ from trackmark.bench.statistics.speed import (
 )
 from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.reports.tables import MISSING, Cell, Table
-from trackmark.trackers.base.catalogue import in_file, is_outside
-from trackmark.trackers.base.seeds import run_seed
+from trackmark.trackers.base.catalogue import in_file, is_outside, run_seed
 
 CLIPS = 4
 """Number of evenly spread sequences of a tracker on which it is timed."""
@@ -115,7 +114,7 @@ def _sample(
 ) -> RatioSample:
     """Run sessions until their number suffices for their spread, or until the deadline.
 
-    Raises `_BudgetError` after the first session if there is no time for `MIN_SESSIONS`.
+    Raises `_BudgetError` after the first session if `MIN_SESSIONS` do not fit before the deadline.
     """
     started_at = monotonic()
     logs = [log_ratio(time_interleaved(setups, clips))]

@@ -185,7 +185,7 @@ def _identity_fields(identity: Identity) -> dict[str, Any]:
 
 
 def _scores(run: Run, truth: Any) -> dict[str, float]:
-    """Return the scores by the preset `native`; empty if it cannot score the run."""
+    """Return the scores by the metrics `native`; empty if it cannot score the run."""
     if run.failure or run.states is not None or not can_score("native", run.identity.protocol):
         return {}
     return score_both(run, truth)
@@ -199,7 +199,7 @@ def _scorer_version() -> str:
 def scorer_digest(bench: Path) -> str:
     """Return a digest of the code that computes the stored scores: this file and its imports.
 
-    `bench` is the folder of the package. Presets and protocols are found by their file names, so
+    `bench` is the folder of the package. Metrics and protocols are found by their names, so
     that no import statement names them.
     """
     by_name = [

@@ -36,6 +36,23 @@ __all__ = [
     "sequences_in",
 ]
 
+FORMATS = (
+    "davis",
+    "got10k",
+    "images",
+    "lasot",
+    "mot",
+    "nfs",
+    "otb",
+    "tcolor128",
+    "tlp",
+    "trackingnet",
+    "uav123",
+    "video",
+    "vot",
+)
+"""Names of the formats, which are those of the modules that read them."""
+
 # file in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k
 LIST = "list.txt"
 
@@ -122,8 +139,8 @@ class ReaderOfSplits(Protocol):
 
 
 def formats() -> dict[str, str]:
-    """Return the layout that each reader expects, sorted by the reader's name."""
-    return {stem: importlib.import_module(f"{__name__}.{stem}").EXPECTS for stem in _stems()}
+    """Return the layout that each reader expects, by the name of its format."""
+    return {name: importlib.import_module(f"{__name__}.{name}").EXPECTS for name in FORMATS}
 
 
 def reads(path: Path) -> bool:
@@ -432,9 +449,5 @@ def _named_errors(path: Path) -> Iterator[None]:
 @cache
 def _readers() -> tuple[Reader, ...]:
     """Return all readers; those for general formats are last."""
-    modules = [cast(Reader, importlib.import_module(f"{__name__}.{stem}")) for stem in _stems()]
+    modules = [cast(Reader, importlib.import_module(f"{__name__}.{name}")) for name in FORMATS]
     return tuple(sorted(modules, key=lambda reader: getattr(reader, "GENERAL", False)))
-
-
-def _stems() -> list[str]:
-    return sorted(file.stem for file in Path(__file__).parent.glob("[a-z]*.py"))

@@ -21,9 +21,15 @@ from PIL import Image
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, decoding
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.image_files import image_files, image_size, numbered_images, size_of_first
+from trackmark.datasets.image_files import (
+    image_files,
+    image_size,
+    numbered_images,
+    recorded_images,
+    size_of_first,
+)
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, MASKS = "JPEGImages", "Annotations"

@@ -17,7 +17,7 @@ import numpy as np
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
@@ -26,7 +26,7 @@ from trackmark.datasets.number_files import (
     read_fields,
     read_rows,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"

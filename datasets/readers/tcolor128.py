@@ -8,10 +8,9 @@ visual tracking: algorithms and benchmark", IEEE TIP 24(12), 2015.
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import read_boxes, read_rows
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, RANGE = "_gt.txt", "_frames.txt"

@@ -9,10 +9,14 @@ Ghanem, "A benchmark and simulator for UAV tracking", ECCV 2016.
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import check_frame_numbers, image_files, numbered_images
+from trackmark.datasets.image_files import (
+    check_frame_numbers,
+    image_files,
+    numbered_images,
+    recorded_images,
+)
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import check_row_count, read_boxes
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
 

@@ -24,7 +24,12 @@ from numpy.typing import NDArray
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
+from trackmark.datasets.image_files import (
+    image_files,
+    numbered_images,
+    recorded_images,
+    size_of_first,
+)
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
@@ -41,7 +46,7 @@ from trackmark.datasets.number_files import (
     read_rows,
     words,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth

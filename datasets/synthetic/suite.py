@@ -76,7 +76,7 @@ class SyntheticSuite:
     def describe(self, name: str) -> SequenceMetadata:
         """Return the metadata of a sequence, from `golden.json` if its source is unchanged."""
         entry, version = self.entries[name], find_version(name, self.golden)
-        if version is None or version.tree != self.tree(name) or name not in version.known:
+        if version is None or version.tree != self.tree(name) or name not in version.metadata:
             return sequence_metadata(self.load(name, {}), entry.size)
         parameters = entry.parameters.checked(name, {})
         return SequenceMetadata(
@@ -87,7 +87,7 @@ class SyntheticSuite:
             truth_source=name,
             n_unread_images=0,
             fingerprint=self._fingerprint(entry, parameters),
-            **version.known[name],
+            **version.metadata[name],
         )
 
     def name_and_fingerprint(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
@@ -152,11 +152,3 @@ def _identity(parameters: SequenceParameters) -> dict[str, Any]:
     }
     values = parameters.model_dump()
     return {name: value for name, value in values.items() if later.get(name, ...) != value}
-
-
-@cache
-def suites() -> list[SyntheticSuite]:
-    """Return the `SUITE` of every package in this folder that defines a suite."""
-    folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
-    packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
-    return [package.SUITE for package in packages if hasattr(package, "SUITE")]

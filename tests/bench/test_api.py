@@ -428,7 +428,7 @@ def test_means_follow_the_rules_of_the_report(make_sequence):
     sequences = [make_sequence(n=5 + i, name=f"s{i}") for i in range(6)]
     results = tm.evaluate([Plain, "static"], sequences)
     means = results.means()
-    by_sequence = results.means(by="sequence")["mean_overlap"]
+    by_sequence = results.means(per="sequence")["mean_overlap"]
     mean = means.loc["Plain", "mean_overlap"]
     assert mean == pytest.approx(by_sequence.xs("Plain", level="tracker").mean())
     assert means.loc["Plain", "mean_overlap_low"] < mean < means.loc["Plain", "mean_overlap_high"]

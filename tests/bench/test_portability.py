@@ -43,7 +43,9 @@ def without_proc(function):
 
 os.access = lambda path, mode: path != "/dev/shm"
 builtins.open = io.open = without_proc(open)
-os.open, os.scandir, os.listdir = map(without_proc, (os.open, os.scandir, os.listdir))
+for name in ("open", "scandir", "listdir", "stat", "readlink"):
+    setattr(os, name, without_proc(getattr(os, name)))
+open(os.path.join(os.path.dirname(__file__), f"{os.getpid()}.simulated"), "w").close()
 '''
 
 SCRIPT = """
@@ -107,9 +109,11 @@ def run_script(workspace, otb):
     return run
 
 
-def test_runs_need_no_feature_of_posix(run_script):
+def test_runs_need_no_feature_of_posix(run_script, workspace):
     done = run_script(COMMANDS)
     assert "8 of 8 runs are in results/trial" in done.stderr + done.stdout
+    # The command, the import of the tracker file, two workers, and a process of the tracker.
+    assert len(list(workspace.glob("site/*.simulated"))) >= 5
 
 
 @pytest.mark.slow

@@ -5,7 +5,7 @@ from math import nan
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import KEPT_SHARE, MeasuredRun, Values, kept, measure
+from trackmark.bench.papers.measures import KEPT_SHARE, MeasuredRun, Values, kept_to_end, measure
 
 TRACKED = 0.5  # minimum J of a tracked frame
 JUMP, PATCH = "light change", "similar patch"
@@ -40,7 +40,7 @@ def mean_similarity(measured: MeasuredRun) -> float:
 @measure("share")
 def not_kept(measured: MeasuredRun) -> float:
     """Return 1 if the target is not kept, else 0."""
-    return 1.0 - kept(measured)
+    return 1.0 - kept_to_end(measured)
 
 
 @measure("share")

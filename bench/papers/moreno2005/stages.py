@@ -23,8 +23,8 @@ from trackmark.bench.papers.moreno2005.colour_plots import (
 )
 from trackmark.bench.papers.plots import Panel, map_plot
 from trackmark.datasets.interface import Image, Mask
+from trackmark.trackers.base.catalogue import run_seed
 from trackmark.trackers.base.interface import Estimate
-from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.contours.chain import Chain, Hypotheses
 from trackmark.trackers.contours.mixture import from_components
 from trackmark.trackers.contours.observation import Observation, colour_cells, to_rgb

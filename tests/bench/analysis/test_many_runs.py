@@ -17,7 +17,7 @@ def report_all(trackmark, folder, n_sequences, n_trackers, forms):
     trackmark("compare", "--results", folder, *against)
     results = tm.load_runs(folder)
     assert len(results.means()) == n_trackers
-    assert len(results.means(by="sequence")) == n_trackers * n_sequences
+    assert len(results.means(per="sequence")) == n_trackers * n_sequences
 
 
 @pytest.mark.parametrize(("n_sequences", "n_trackers"), [(130, 2), (2, 130)])

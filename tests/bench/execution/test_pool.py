@@ -24,8 +24,7 @@ from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
 from trackmark.bench.execution.scheduling import missing_tasks
-from trackmark.bench.execution.task import Limits
-from trackmark.bench.execution.worker import RepeatError
+from trackmark.bench.execution.task import Limits, RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
 from trackmark.bench.experiments.tracker_spec import parse_tracker, resolve_specs
 from trackmark.bench.machine_errors import MachineError

@@ -15,8 +15,9 @@ from trackmark.bench.experiments.experiment import (
     read_experiment,
 )
 from trackmark.bench.store.run_store import RunStore
+from trackmark.datasets.catalogue import suites
 from trackmark.datasets.spec_string import parse_text
-from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.synthetic.suite import SyntheticSuite
 
 GOOD = """
 version = 1
@@ -112,7 +113,7 @@ def unopened(source):
     name, options = parse_text(source.text)
     about = outline(name)
     for suite in suites():
-        if name in suite.names():
+        if name in suite.names() and isinstance(suite, SyntheticSuite):
             name = suite.entries[name].parameters.checked(name, options).canonical_name(name)
     starts = frozenset(["boxes", *about.regions])
     return PlannedSequence(source, name, about.fingerprint, about.length, (), starts)

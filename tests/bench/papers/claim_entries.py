@@ -13,7 +13,7 @@ TEXTS = {
     "statement": "The target is tracked.",
     "paper": "1 of 1",
     "sequences": "ball",
-    "measure": "kept",
+    "measure": "kept_to_end",
     "falsified_if": "It is lost.",
     "reason": "The figure shows the end.",
 }

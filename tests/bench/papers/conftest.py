@@ -54,7 +54,7 @@ paper = "20 of 20"
 sequences = "target"
 trackers = "camshift"
 claims = ["TI-2", "TI-1"]
-measures = ["kept", "mean_error"]
+measures = ["kept_to_end", "mean_error"]
 
 [[main_table.rows]]
 labels = ["target", "both"]
@@ -134,7 +134,7 @@ def two_frames(context):
 scenes = 2
 columns = [
     { heading = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
-    { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept" }]
+    { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept_to_end" }]
 rows = [{ choice = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
 """,
     "notes.md": """

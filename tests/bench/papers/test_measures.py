@@ -45,13 +45,13 @@ def off_at(*frames):
     ],
 )
 def test_kept_needs_nine_of_ten_frames_and_the_last_ten(shifts, expected):
-    assert value("kept", measured(shifts)) == expected
+    assert value("kept_to_end", measured(shifts)) == expected
 
 
 def test_frames_that_show_little_of_the_target_do_not_count():
     visibility = np.ones(N)
     visibility[4:8] = 0.29
-    assert value("kept", measured(off_at(5, 6, 7, 8), visibility=visibility)) == 1.0
+    assert value("kept_to_end", measured(off_at(5, 6, 7, 8), visibility=visibility)) == 1.0
     assert value("on_target", measured(off_at(5, 6, 7), visibility=visibility)) == 1.0
 
 
@@ -93,7 +93,7 @@ def test_pattern_with_frames_off_and_a_mean_error():
 
 def test_failed_run_counts_as_one_without_boxes():
     failed = measured(failure="frame 1: no")
-    assert value("kept", failed) == 0.0
+    assert value("kept_to_end", failed) == 0.0
     assert value("mean_error:first=2", failed) == 100.0  # diagonal of 60 x 80
     assert value("mean_overlap:first=2", failed) == 0.0
 
@@ -102,7 +102,7 @@ def test_failed_run_counts_as_one_without_boxes():
     ("text", "message"),
     [
         ("keep", "unknown measure 'keep'"),
-        ("kept:first=3", "no option 'first'"),
+        ("kept_to_end:first=3", "no option 'first'"),
         ("on_target:first=one", "should be a valid integer"),
         ("measure", "unknown measure"),
     ],

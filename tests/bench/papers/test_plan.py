@@ -40,14 +40,14 @@ labels = "cup"
 paper = "1"
 sequences = "cup"
 trackers = "{tracker}"
-measures = "kept"
+measures = "kept_to_end"
 """
 
 
 CLAIM = {"sequences": "both", "trackers": ["proposed", "CamShift"], "test": "share"}
 
 SENSITIVITY = """
-columns = [{ heading = "kept", sequence = "hand", tracker = "proposed", measure = "kept" }]
+columns = [{ heading = "kept", sequence = "hand", tracker = "proposed", measure = "kept_to_end" }]
 rows = [{ choice = "N = 7", changed_options = { proposed = "particles=7" } }]
 """
 

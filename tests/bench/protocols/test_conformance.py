@@ -10,8 +10,8 @@ from tests.bench.evaluation.walkers import Walker
 from trackmark import datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.evaluation.ground_truth import segment_frames
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
-from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import missing_tasks

@@ -30,12 +30,12 @@ def measured(dips=(), jump=(), patch=(), failure=""):
 
 
 def test_kept_depends_on_the_similarity():
-    assert value("kept", measured()) == 1
-    assert value("kept", measured(range(5, 9))) == 1
-    assert value("kept", measured(range(5, 10))) == 0
+    assert value("kept_to_end", measured()) == 1
+    assert value("kept_to_end", measured(range(5, 9))) == 1
+    assert value("kept_to_end", measured(range(5, 10))) == 0
     assert value("not_kept", measured([N - 1])) == 1
     assert value("mean_similarity", measured(range(1, N))) == pytest.approx(0.4)
-    assert value("kept", measured(failure="frame 1: no")) == 0
+    assert value("kept_to_end", measured(failure="frame 1: no")) == 0
 
 
 def test_only_frames_at_a_patch_count():
