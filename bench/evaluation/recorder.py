@@ -52,9 +52,9 @@ from trackmark.trackers import (
     WeightMapTracker,
 )
 from trackmark.trackers.base.call_clock import CallClock, CallTime, device_name, synchronise
+from trackmark.trackers.base.catalogue import run_seed
 from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_box
 from trackmark.trackers.base.plain import PlainTracker, read_answer, seed_number
-from trackmark.trackers.base.seeds import run_seed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 R = TypeVar("R")
