@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TraxOptions:
+class TraxServerOptions:
     """Options of the command."""
 
     name: str = argument(metavar="TRACKER")
@@ -30,8 +30,8 @@ class TraxOptions:
 
 
 @click.command("trax", cls=Command)
-@with_options(TraxOptions)
-def command(options: TraxOptions) -> int:
+@with_options(TraxServerOptions)
+def command(options: TraxServerOptions) -> int:
     """Serve a tracker over TraX, so that vot-toolkit can run it.
 
     TRACKER is a specification as in `trackmark run --trackers`. The command exchanges messages of

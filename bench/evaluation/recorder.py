@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import (
     find_segments,
-    segment_frames,
+    frames_of_segments,
     select_ground_truth,
 )
 from trackmark.bench.evaluation.machine import machine_name
@@ -117,8 +117,8 @@ class Recorder:
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
         self._protocol = protocol_of_key(protocol)
-        self.segments = find_segments(protocol, sequence, spec.init)
-        self._frames = segment_frames(protocol, sequence, spec.init)
+        self.segments = find_segments(self._protocol, sequence, spec.init)
+        self._frames = frames_of_segments(self._protocol, self.segments, len(sequence))
         self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
         self._on_exhausted_memory = on_exhausted_memory

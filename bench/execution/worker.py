@@ -211,7 +211,7 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     Raises `SequenceError` if the sequence cannot be opened or has changed since the plan, and
     `UnusableTrackerError` if a tracker cannot be created as planned.
     """
-    sequence = datasets.load(task.source.text, truth=task.source.truth)
+    sequence = datasets.load(task.source.spec, truth=task.source.truth)
     try:
         parsed = parse_trackers(run.tracker for run in task.runs)
     except (TrackerError, OSError) as error:

@@ -19,6 +19,7 @@ import traceback
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -42,6 +43,7 @@ class IsolatedTrackers(Operations):
         super().__init__(frames, call_clock)
         self._tracker: Any = None
         self._generators = GlobalGenerators(0)
+        cv2.setNumThreads(1)  # as in a worker: several processes share the cores
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation.

@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import trackmark as tm
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
 from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 

@@ -9,7 +9,7 @@ from trackmark.bench.execution.estimate import TimeEstimate, estimate_time
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 
 
@@ -20,7 +20,7 @@ def estimated(folder, experiment, workers=1):
 
 @pytest.fixture
 def trial(workspace):
-    sequence = SequenceSource(str(workspace / "data" / "Small"))
+    sequence = SequenceSpec(str(workspace / "data" / "Small"))
     return Experiment("trial", ("static", "camshift"), (sequence,))
 
 

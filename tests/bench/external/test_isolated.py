@@ -128,6 +128,11 @@ def test_run_in_a_process_equals_one_in_this_process(make_sequence, write, name,
     assert isolated_run.metadata.get("generators") == in_process.metadata.get("generators")
 
 
+def test_process_computes_in_one_thread_of_opencv(make_sequence, write):
+    name = write("import cv2; assert cv2.getNumThreads() == 1")
+    assert not run(name, {}, make_sequence(n=3), is_isolated=True).failure
+
+
 def test_description_is_that_of_this_process(write):
     file = write()
     _, fields = open_isolated(file, {"preset": "fast"})
