@@ -24,6 +24,14 @@ _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _END_SECONDS = 10.0
 
 
+def working_directory() -> str:
+    """Return the working directory; empty if it was removed."""
+    try:
+        return os.getcwd()  # noqa: PTH109  # called for each frame: a Path takes longer
+    except FileNotFoundError:
+        return ""
+
+
 def machine_memory() -> int:
     """Return the memory of this machine or container [bytes]; 0 if the system does not tell it."""
     try:

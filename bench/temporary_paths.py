@@ -17,6 +17,12 @@ from trackmark.bench.operating_system import HAS_LOCKS, lock_file
 PREFIX = "trackmark-temporary-"
 """Start of the names of temporary paths."""
 
+FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
+"""Folder of the files with the frames of trackers in other processes: in memory if possible."""
+
+FRAME_PREFIX = "trackmark-frames-"
+"""Start of the names of these files."""
+
 
 class TemporaryPath:
     """Temporary folder, or file if `is_file`, that this process owns until `close`.

@@ -11,7 +11,6 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Array, Frames, Mask, Origin, Sequence, SequenceError
 from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
@@ -116,19 +115,6 @@ def recorded(
         origin=Origin(description=description),
     )
     return sequence
-
-
-def recorded_images(
-    name: str,
-    images: list[Path],
-    truth: GroundTruth | None,
-    truth_source: Path | None,
-    **options: Any,
-) -> Sequence:
-    """Return the sequence of image files, with the file names as frame names; see `recorded`."""
-    names = [file.name for file in images]
-    frames = ImageFiles(images)
-    return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)
 
 
 def _split_malformed(boxes: Array) -> tuple[Array, NDArray[np.bool_]]:

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
 from inspect import getmodulename
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
@@ -101,7 +102,7 @@ def _versions(name: str) -> dict[str, str]:
     # An interrupted installation leaves distributions without a name.
     owners = [owner for owner in _distributions().get(name, ()) if owner.metadata["Name"]]
     versions: dict[str, str] = {}
-    for owner in sorted(owners, key=lambda owner: owner.name):
+    for owner in sorted(owners, key=attrgetter("name")):
         versions.setdefault(owner.name, owner.version)
     return versions
 
@@ -131,7 +132,8 @@ def _follow_imports(
             dotted = full.removeprefix("trackmark.")
             top = dotted.partition(".")[0]
             root = roots.get(top)
-            is_external = dotted != full or _is_installed(top)
+            is_installed = top in sys.stdlib_module_names or top in _distributions()
+            is_external = dotted != full or is_installed
             if root is None and not _dotted_package(file) and not is_external:
                 root = file.parent
             module = _find_module(dotted, root) if root is not None else None
@@ -141,11 +143,11 @@ def _follow_imports(
                 continue
             name, source = module
             pending.append(source)
-            content = _parse(source.read_bytes(), str(source)).digest
-            lines.append(f"{imported.bound} {content} {dotted.removeprefix(name)}")
+            digest = _parse(source.read_bytes(), str(source)).digest
+            lines.append(f"{imported.bound} {digest} {dotted.removeprefix(name)}")
         contents[path] = "\n".join([parsed.digest, *sorted(lines)])
-    text = "\n\n".join(sorted(contents.values()))
-    return hashlib.sha256(text.encode()).hexdigest()[:16], libraries
+    joined = "\n\n".join(sorted(contents.values()))
+    return hashlib.sha256(joined.encode()).hexdigest()[:16], libraries
 
 
 @cache
@@ -166,52 +168,49 @@ def _distributions() -> dict[str, list[metadata.Distribution]]:
 def _first_folders(distribution: metadata.Distribution) -> set[str]:
     """Return the top-level import names of a distribution's files."""
     record = distribution.read_text("RECORD")
-    if record is None:
-        files = [str(file) for file in distribution.files or ()]
-    else:
-        files = [line.rpartition(",")[0].rpartition(",")[0] for line in record.splitlines()]
-    parts = [file.strip('"').partition("/") for file in files]
-    names = {first if slash else getmodulename(first) for first, slash, _ in parts}
-    return {name for name in names if name and "." not in name}
-
-
-def _is_installed(top: str) -> bool:
-    """Return whether an import name belongs to the standard library or a distribution."""
-    return top in sys.stdlib_module_names or top in _distributions()
+    names: set[str] = set()
+    for line in map(str, distribution.files or ()) if record is None else record.splitlines():
+        # Digest and size follow the path in RECORD.
+        file = line if record is None else line.rsplit(",", 2)[0]
+        first, slash, _ = file.strip('"').partition("/")
+        name = first if slash else getmodulename(first)
+        if name and "." not in name:
+            names.add(name)
+    return names
 
 
 @cache
 def _dotted_package(file: Path) -> str:
     """Return the dotted name of a file's package, without `trackmark.`; it can be empty."""
-    parts: list[str] = []
+    names: list[str] = []
     folder = file.parent
     while (folder / "__init__.py").is_file() and folder.name != "trackmark":
-        parts.insert(0, folder.name)
+        names.insert(0, folder.name)
         folder = folder.parent
-    return ".".join(parts)
+    return ".".join(names)
 
 
 @cache
-def _parse(content: bytes, filename: str) -> _Parsed:
+def _parse(source: bytes, filename: str) -> _Parsed:
     imports: list[_Import] = []
-    text: list[str] = []
-    _dump(ast.parse(content, filename=filename), text, imports)
-    digest = hashlib.sha256("".join(text).encode()).hexdigest()
+    dumped: list[str] = []
+    _dump(ast.parse(source, filename=filename), dumped, imports)
+    digest = hashlib.sha256("".join(dumped).encode()).hexdigest()
     return _Parsed(digest, tuple(dict.fromkeys(imports)))
 
 
-def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
+def _dump(value: Any, dumped: list[str], imports: list[_Import]) -> None:
     """Append the text of a syntax tree, without fields that depend on Python's version."""
     if not isinstance(value, ast.AST):
-        text.append(repr(value))
+        dumped.append(repr(value))
         return
-    text.append(type(value).__name__ + "(")
+    dumped.append(type(value).__name__ + "(")
     for field, child in ast.iter_fields(value):
         if field in ("ctx", "kind", "type_ignores") or child is None or child == []:
             continue
-        text.append(field + "=")
+        dumped.append(field + "=")
         if not isinstance(child, list):
-            _dump(child, text, imports)
+            _dump(child, dumped, imports)
             continue
         for position, item in enumerate(child):
             if isinstance(item, ast.Import):
@@ -225,9 +224,9 @@ def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
                 # Python 3.12 ends a nested format with an empty text, other versions do not.
                 if isinstance(value, ast.JoinedStr) and getattr(item, "value", None) == "":
                     continue
-                _dump(item, text, imports)
-                text.append(",")
-    text.append(")")
+                _dump(item, dumped, imports)
+                dumped.append(",")
+    dumped.append(")")
 
 
 def _is_text_statement(statement: ast.AST) -> bool:
@@ -241,11 +240,11 @@ def _is_text_statement(statement: ast.AST) -> bool:
 
 def _find_module(dotted: str, root: Path) -> tuple[str, Path] | None:
     """Return the module that a dotted name names or belongs to, and the file of the module."""
-    parts = dotted.split(".")
-    while parts:
-        base = root.joinpath(*parts)
+    names = dotted.split(".")
+    while names:
+        base = root.joinpath(*names)
         for candidate in (base.with_suffix(".py"), base / "__init__.py"):
             if candidate.is_file():
-                return ".".join(parts), candidate.resolve()
-        parts.pop()
+                return ".".join(names), candidate.resolve()
+        names.pop()
     return None

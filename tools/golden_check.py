@@ -21,10 +21,11 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.bench.output_files import write_file
+from trackmark.datasets.catalogue import suites
 from trackmark.datasets.golden import golden_digests
 from trackmark.datasets.metadata import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
-from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.synthetic.suite import SyntheticSuite
 from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions
 
 Golden = dict[str, Mapping[str, str]]
@@ -86,6 +87,8 @@ def _short(name: str) -> datasets.Sequence:
 
 def _scenes() -> Iterator[GoldenEntry]:
     for suite in suites():
+        if not isinstance(suite, SyntheticSuite):
+            continue
         recorded_entries = read_versions(suite.golden)
         covered: dict[str, list[str]] = {}
         for name in suite.names():

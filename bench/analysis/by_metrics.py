@@ -7,7 +7,7 @@ tracker: by means over sequences or frames, or by a curve over lengths.
 import re
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from math import inf, isfinite, nan
+from math import isfinite, nan
 from typing import Any, NamedTuple
 
 import pandas as pd
@@ -17,15 +17,15 @@ from trackmark.bench.analysis.run_tables import (
     SUMMARY,
     mean_table,
     meaning_of_intervals,
+    measure_of,
     tables,
 )
 from trackmark.bench.analysis.score_tables import counted, means_over, sequence_table, with_not_run
 from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.metrics import find_metrics
-from trackmark.bench.metrics.interface import Metric, MetricResult, heading, mean_of_sequences
+from trackmark.bench.metrics.interface import MetricResult, mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol
-from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.statistics.units import units_of
 from trackmark.bench.store.runs import (
     DEFAULT_METRICS,
@@ -170,7 +170,7 @@ class MetricScores:
         self._results = {i: run for i, run in outcomes.items() if isinstance(run, MetricResult)}
         self._refused = {i: run for i, run in outcomes.items() if isinstance(run, str)}
         late = [LATE] if any(LATE.name in run.scores for run in self._results.values()) else []
-        columns = [_measure(key, column) for key, column in self._definition.metrics.items()]
+        columns = [measure_of(key, column) for key, column in self._definition.metrics.items()]
         self._measures = [*(SUMMARY if metrics == DEFAULT_METRICS else columns), *late]
         labels = table[["tracker", "sequence", "repetition", "status", "failure"]].copy()
         labels.loc[list(self._refused), "status"] = NOT_SCORED
@@ -274,28 +274,6 @@ class MetricScores:
             for tracker, result in self._overall.items()
         ).assign(status="finished", failure="")
         return sequence_table(rows, self._measures, "", self.metrics)
-
-
-def measures_of(metrics: str) -> list[ScoreMeasure]:
-    """Return the scores of metrics that have a mean over sequences."""
-    if metrics == DEFAULT_METRICS:
-        return list(SUMMARY)
-    columns = find_metrics(metrics).metrics
-    return [_measure(name, column) for name, column in columns.items() if not column.only_overall]
-
-
-def _measure(name: str, column: Metric) -> ScoreMeasure:
-    """Return a score as a column of a table; scores of which higher is better are shares."""
-    is_share = column.direction == "higher"
-    return ScoreMeasure(
-        name,
-        heading(name),
-        direction=column.direction,
-        decimals=3 if column.direction else 0,
-        least=0.0,
-        most=1.0 if is_share else inf,
-        margin=MARGIN if is_share else 0.0,
-    )
 
 
 def _without_interval(cell: Cell) -> Cell:

@@ -11,8 +11,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.analysis.by_metrics import measures_of
-from trackmark.bench.analysis.run_tables import without_undefined
+from trackmark.bench.analysis.run_tables import measures_of, without_undefined
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS

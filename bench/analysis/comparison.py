@@ -9,7 +9,7 @@ from dataclasses import dataclass, field, replace
 from itertools import combinations
 from math import inf, nan
 from pathlib import Path
-from typing import TypeAlias
+from typing import TYPE_CHECKING, TypeAlias
 
 import numpy as np
 import pandas as pd
@@ -22,10 +22,8 @@ from trackmark.bench.analysis.comparable_runs import (
     same_boxes,
     selected_trackers,
 )
-from trackmark.bench.analysis.failed_runs import failed_runs
-from trackmark.bench.analysis.families import Families
-from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
+from trackmark.bench.analysis.score_tables import failed_runs
 from trackmark.bench.analysis.times import TIME, clock_of, time_marks, time_notes, with_times
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
@@ -39,6 +37,9 @@ from trackmark.bench.statistics.rules import (
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.tables import ScoreMeasure
+
+if TYPE_CHECKING:
+    from trackmark.bench.analysis.families import Families
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -213,7 +214,7 @@ def compare_runs(
     protocol: str = ONE_PASS,
     published: Path | None = None,
     by_scene: bool = False,
-    families: Families | None = None,
+    families: "Families | None" = None,
 ) -> Comparison:
     """Compare trackers by a score of metrics on runs by one protocol; see `compare_trackers`.
 
@@ -232,6 +233,9 @@ def compare_runs(
     if protocol != ONE_PASS:
         scored = scored.assign(first_loss=nan)  # is defined for one-pass runs only
     if published is not None:
+        # Files of users are read only on request; most comparisons do not need their reader.
+        from trackmark.bench.analysis.published_scores import with_published
+
         scored, further = with_published(scored, published, measure)
         trackers = None if trackers is None else [*trackers, *further]
     return compare_trackers(
@@ -256,7 +260,7 @@ def compare_trackers(
     against: str | None = None,
     *,
     by_scene: bool = False,
-    families: Families | None = None,
+    families: "Families | None" = None,
     attributes: Mapping[str, Collection[str]] | None = None,
     same_boxes: Mapping[tuple[str, str], int] | None = None,
     not_repeatable: Collection[str] = (),

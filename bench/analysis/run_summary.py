@@ -12,13 +12,13 @@ import pandas as pd
 
 from trackmark.bench.analysis.comparison import Comparison, compare_trackers
 from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.failed_runs import failed_runs
 from trackmark.bench.analysis.run_tables import (
     SUMMARY,
     mean_table,
     not_repeatable,
-    summary_of,
+    summary_means,
 )
+from trackmark.bench.analysis.score_tables import failed_runs
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -28,7 +28,6 @@ from trackmark.bench.analysis.times import (
     time_notes,
     time_text,
     with_fps,
-    with_times,
 )
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
@@ -77,9 +76,8 @@ def summarise(runs: Runs) -> RunSummary | None:
     scored = runs.scored(DEFAULT_METRICS, ONE_PASS)
     if scored.empty:
         return None
-    means = summary_of(scored, runs.timed, "")
-    by_tracker = means_by_tracker(means)
-    _, measured = with_times(scored, runs.timed)
+    means, measured = summary_means(scored, runs.timed)
+    by_tracker = means_by_tracker(means.data.reset_index())
     notes = [note for note in means.notes if " runs failed (" not in note]
     answered, _ = answer_on(scored, runs.timed, by_tracker)
     return RunSummary(
@@ -111,10 +109,10 @@ def answer_on(
     return Answer("There is no answer: all runs failed."), None
 
 
-def means_by_tracker(table: Table) -> MeansByTracker:
-    """Return the rows of a table of means by tracker and measure."""
+def means_by_tracker(means_table: pd.DataFrame) -> MeansByTracker:
+    """Return the data rows of a table of means by tracker and measure."""
     means: MeansByTracker = {}
-    for entry in table.data.to_dict("records"):
+    for entry in means_table.to_dict("records"):
         means.setdefault(str(entry["tracker"]), {})[str(entry["measure"])] = entry
     return means
 

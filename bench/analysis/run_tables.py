@@ -2,13 +2,20 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
+from math import inf
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.analysis import MARGINS
-from trackmark.bench.analysis.score_tables import Uncertainty, sequence_table, summary_table
+from trackmark.bench.analysis.score_tables import (
+    MeanScores,
+    Uncertainty,
+    mean_scores,
+    sequence_table,
+    summary_table,
+)
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -17,8 +24,10 @@ from trackmark.bench.analysis.times import (
     with_times,
 )
 from trackmark.bench.evaluation.scoring import REVISED
+from trackmark.bench.metrics import find_metrics
+from trackmark.bench.metrics.interface import Metric, heading
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
+from trackmark.bench.statistics.rules import MARGIN, MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure, Table
@@ -68,6 +77,28 @@ SEGMENTATION = (
     ScoreMeasure("contour_decay", "F, decay", direction="lower", decimals=3, rank=1),
 )
 """Columns of runs with masks: mean, recall and decay of J and F, as DAVIS defines them."""
+
+
+def measures_of(metrics: str) -> list[ScoreMeasure]:
+    """Return the scores of metrics that have a mean over sequences."""
+    if metrics == DEFAULT_METRICS:
+        return list(SUMMARY)
+    columns = find_metrics(metrics).metrics
+    return [measure_of(name, column) for name, column in columns.items() if not column.only_overall]
+
+
+def measure_of(name: str, column: Metric) -> ScoreMeasure:
+    """Return a score as a column of a table; scores of which higher is better are shares."""
+    is_share = column.direction == "higher"
+    return ScoreMeasure(
+        name,
+        heading(name),
+        direction=column.direction,
+        decimals=3 if column.direction else 0,
+        least=0.0,
+        most=1.0 if is_share else inf,
+        margin=MARGIN if is_share else 0.0,
+    )
 
 
 def tables(runs: Runs, title: str = "") -> list[Table]:
@@ -144,12 +175,28 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
 
 def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
+    runs, measures, measured, notes = _summary_input(scored, timed)
+    table = with_fps(mean_table(runs, measures, title, DEFAULT_METRICS), measured)
+    return replace(table, notes=[*table.notes, *notes])
+
+
+def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, pd.DataFrame]:
+    """Return the content of `summary_of`, without its texts, and the runs that have its times."""
+    runs, measures, measured, notes = _summary_input(scored, timed)
+    runs, _ = _with_units(runs)
+    data, failures = mean_scores(runs, measures, uncertainty_of)
+    return MeanScores(data, [*failures, *notes]), measured
+
+
+def _summary_input(
+    scored: pd.DataFrame, timed: pd.DataFrame
+) -> tuple[pd.DataFrame, tuple[ScoreMeasure, ...], pd.DataFrame, list[str]]:
+    """Return runs and measures of a summary, the runs that have its times, and notes."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
-    table = mean_table(runs, (*SUMMARY, *_mask_columns(scored), TIME), title, DEFAULT_METRICS)
-    table = with_fps(table, measured)
+    measures = (*SUMMARY, *_mask_columns(scored), TIME)
     notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
-    return replace(table, notes=[*table.notes, *notes])
+    return runs, measures, measured, notes
 
 
 def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
@@ -190,6 +237,13 @@ def mean_table(
     skip_undefined: bool = False,
 ) -> Table:
     """Make a table of means over units with their intervals and marks; see `summary_table`."""
+    runs, units = _with_units(scored)
+    how = uncertainty_of, meaning_of_intervals(units)
+    return summary_table(runs, measures, title, metrics, *how, skip_undefined=skip_undefined)
+
+
+def _with_units(scored: pd.DataFrame) -> tuple[pd.DataFrame, StatisticalUnits]:
+    """Return the runs with the column `unit`, and the units of their sequences."""
     sequences = [str(name) for name in scored["sequence"].unique()]
     units = units_of(sequences)
     unit_of = {
@@ -197,15 +251,13 @@ def mean_table(
         for label, members in zip(units.labels, units.members, strict=True)
         for i in members
     }
-    runs = scored.assign(unit=scored["sequence"].astype(str).map(unit_of))
-    how = uncertainty_of, meaning_of_intervals(units)
-    return summary_table(runs, measures, title, metrics, *how, skip_undefined=skip_undefined)
+    return scored.assign(unit=scored["sequence"].astype(str).map(unit_of)), units
 
 
 def meaning_of_intervals(units: StatisticalUnits) -> str:
     """Return the part of a caption that explains intervals and marks."""
     if len(units) < MIN_UNITS:
-        plural = units.plural if len(units) != 1 else units.kind
+        plural = units.plural if len(units) != 1 else units.unit_kind
         return (
             f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
             "± standard deviation over repetitions."

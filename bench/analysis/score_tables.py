@@ -67,9 +67,30 @@ def summary_table(
     explains. `skip_undefined`: average over the runs that have a score; by default the mean is
     missing if one is missing.
     """
+    means = mean_scores(runs, measures, uncertainties, skip_undefined=skip_undefined)
+    sequences = [*map(str, runs["sequence"].unique())]
+    n_units = runs["unit" if "unit" in runs else "sequence"].nunique()
+    caption = f"{title}: {means_over(sequences, n_units)}; metrics {metrics}. {meaning}"
+    return _table("summary", caption, means.data, means.notes, measures, metrics)
+
+
+class MeanScores(NamedTuple):
+    """Means over units: the content of a summary table."""
+
+    data: pd.DataFrame  # a row per tracker and measure; see `_values`
+    notes: list[str]  # on failed and missing runs; see `notes_of`
+
+
+def mean_scores(
+    runs: pd.DataFrame,
+    measures: Sequence[ScoreMeasure],
+    uncertainties: Uncertainties | None = None,
+    *,
+    skip_undefined: bool = False,
+) -> MeanScores:
+    """Return the means of a summary table without its texts; parameters as for `summary_table`."""
     runs = with_not_run(runs)
     runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
-    sequences, n_units = [*map(str, runs["sequence"].unique())], runs["unit"].nunique()
     mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
     by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
     by_unit = mean_by(["tracker", "unit"], by_sequence)
@@ -82,8 +103,7 @@ def summary_table(
     values = _values(runs, mean, spread, mean * np.nan, measures)
     if uncertainties is not None:
         values = _with_uncertainty(values, by_unit, measures, uncertainties)
-    caption = f"{title}: {means_over(sequences, n_units)}; metrics {metrics}. {meaning}"
-    return _table("summary", caption, values, runs, measures, metrics)
+    return MeanScores(values, notes_of(runs, measures[0].name))
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -109,14 +129,15 @@ def sequence_table(
         f"{title}: every sequence; metrics {metrics}. Means and ± standard deviations over "
         "repetitions."
     )
-    return _table("sequences", caption, values, runs, measures, metrics)
+    notes = notes_of(runs, measures[0].name)
+    return _table("sequences", caption, values, notes, measures, metrics)
 
 
 def _table(
     name: str,
     caption: str,
     values: pd.DataFrame,
-    runs: pd.DataFrame,
+    notes: list[str],
     measures: Sequence[ScoreMeasure],
     metrics: str,
 ) -> Table:
@@ -133,7 +154,7 @@ def _table(
     ]
     data.insert(len(labels), "metrics", metrics)
     headings = [*labels, *(measure.heading for measure in measures)]
-    notes, ranks = notes_of(runs, measures[0].name), [measure.rank for measure in measures]
+    ranks = [measure.rank for measure in measures]
     return Table(name, caption, headings, len(labels), rows, notes, data, ranks)
 
 
@@ -273,6 +294,28 @@ def failure_notes(
             f"sequence {first['sequence']}, {reason}"
         )
     return notes
+
+
+class FailedRuns(NamedTuple):
+    """Failed runs of a comparison or table."""
+
+    notes: dict[str, str]  # by tracker: number of failed runs, and reason of the first failure
+    left_out: list[str]  # trackers whose runs all failed
+
+
+def failed_runs(runs: pd.DataFrame, counted: str = "the worst score") -> FailedRuns:
+    """Return notes on the trackers with failed runs, for runs by one protocol.
+
+    `counted`: score of a failed run in the notes, for example `0` for an overlap.
+
+    >>> runs = pd.DataFrame({"tracker": ["a", "a"], "sequence": ["cup", "box"]})
+    >>> runs = runs.assign(status=["failed", "finished"], failure=["frame 3: ValueError: no", ""])
+    >>> failed_runs(runs, "0").notes
+    {'a': '1 of 2 runs failed (counted as 0): sequence cup, ValueError: no'}
+    """
+    notes = failure_notes(runs, counted)
+    succeeded = set(runs["tracker"][runs["status"] != "failed"])
+    return FailedRuns(notes, [tracker for tracker in notes if tracker not in succeeded])
 
 
 def stale_notes(runs: pd.DataFrame) -> dict[str, str]:

@@ -6,7 +6,7 @@ from math import isfinite
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.evaluation.recorder import RUN_DELAY_CLOCK
+from trackmark.bench.metrics.times import RUN_DELAY_CLOCK
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 

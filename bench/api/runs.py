@@ -9,13 +9,18 @@ from pathlib import Path
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.analysis.by_metrics import measures_of, metrics_for
+from trackmark.bench.analysis.by_metrics import metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.families import Families, read_families
-from trackmark.bench.analysis.run_tables import mean_table, undefined_notes, without_undefined
+from trackmark.bench.analysis.run_tables import (
+    mean_table,
+    measures_of,
+    undefined_notes,
+    without_undefined,
+)
 from trackmark.bench.analysis.score_tables import sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
@@ -60,14 +65,14 @@ class PrintedRuns(Runs):
             raise ValueError(f"per is {per!r}. Expected: 'tracker' or 'sequence'.")
         metrics = self.metrics if metrics is None else metrics_by_name(metrics, self.protocol)
         if per == "sequence":
-            data = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
+            scores = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
             index, columns = ["sequence", "tracker"], {"": "mean"}
         else:
-            data = self._mean_table(metrics).data
+            scores = self._mean_table(metrics).data
             index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
         # `pivot_table` would omit rows of which all scores are NaN.
-        wide = data.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
-        order = data.drop_duplicates(index).set_index(index).index
+        wide = scores.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
+        order = scores.drop_duplicates(index).set_index(index).index
         return pd.DataFrame(
             {
                 f"{measure.name}{end}": wide[column, measure.name]
@@ -166,9 +171,9 @@ def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Printed
     elif len(runs.protocols) == 1:
         runs.protocol = runs.protocols[0]
     if not len(runs):
-        others = ", ".join(runs.protocols) or "none"
+        protocols = ", ".join(runs.protocols) or "none"
         raise ResultsError(
-            f"{folder}: no run used the protocol {runs.protocol}. Stored protocols: {others}."
+            f"{folder}: no run used the protocol {runs.protocol}. Stored protocols: {protocols}."
         )
     runs.metrics = metrics_by_name(metrics, runs.protocol)
     return runs

@@ -1,6 +1,9 @@
-"""Ground truth that initialises and scores a run: the boxes or a region of a sequence."""
+"""Ground truth that initialises and scores a run, and the segments that it gives.
 
-from collections.abc import Mapping
+The ground truth is the boxes or a region of a sequence.
+"""
+
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -8,7 +11,8 @@ from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
 from trackmark.bench.metrics.interface import GroundTruthLike
-from trackmark.datasets import SequenceError
+from trackmark.bench.protocols import EvaluationProtocol, Segment, protocol_of_key
+from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.spec_string import name_hint
 
 
@@ -61,3 +65,32 @@ def select_ground_truth(
             "the target. Use another region for init."
         )
     return RegionGroundTruth(boxes, truth.regions, truth.visibility, truth)
+
+
+def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArray[np.int32], ...]:
+    """Return the frame numbers of each segment; empty for a protocol without segments.
+
+    `protocol` is the stored name. `init` names the ground truth for the initialisation.
+
+    Raises `SequenceError` if the sequence does not have this region, or no ground truth.
+    """
+    rules = protocol_of_key(protocol)
+    return frames_of_segments(rules, find_segments(rules, sequence, init), len(sequence))
+
+
+def frames_of_segments(
+    protocol: EvaluationProtocol, segments: Iterable[Segment], n_frames: int
+) -> tuple[NDArray[np.int32], ...]:
+    """Return the frame numbers of each segment of a sequence; see `segment_frames`."""
+    if not protocol.has_segments:
+        return ()
+    return tuple(np.array(segment.frames(n_frames), np.int32) for segment in segments)
+
+
+def find_segments(
+    protocol: EvaluationProtocol, sequence: Sequence, init: str
+) -> tuple[Segment, ...]:
+    """Return the segments of a run; the errors are those of `segment_frames`."""
+    boxes = select_ground_truth(sequence, init, sequence.name).boxes
+    present = sequence.present & np.isfinite(boxes).all(axis=1)
+    return tuple(protocol.segments(present, sequence.frame_values))

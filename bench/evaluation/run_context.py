@@ -9,6 +9,7 @@ import sys
 from collections.abc import Callable
 from typing import TypeVar
 
+from trackmark.bench.operating_system import working_directory
 from trackmark.trackers.base.global_generators import GlobalGenerators
 
 R = TypeVar("R")
@@ -123,11 +124,3 @@ class RunContext:
     def is_needed(self) -> bool:
         """Return whether the tracker has drawn from a generator or changed the folder so far."""
         return bool(self.generators.drawn) or self._folder != self._home
-
-
-def working_directory() -> str:
-    """Return the working directory; empty if it was removed."""
-    try:
-        return os.getcwd()  # noqa: PTH109  # called for each frame: a Path takes longer
-    except FileNotFoundError:
-        return ""

@@ -8,7 +8,7 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_context import working_directory
+from trackmark.bench.operating_system import working_directory
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.catalogue import is_built_in
 

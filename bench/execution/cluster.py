@@ -24,7 +24,8 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, Task
 from trackmark.bench.experiments.tracker_spec import split_text
-from trackmark.bench.external.definition import is_external, with_absolute_path
+from trackmark.bench.external import is_external
+from trackmark.bench.external.definition import with_absolute_path
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError
 from trackmark.datasets import SequenceError
@@ -198,7 +199,7 @@ def _read_result(future: "Future[list[Run] | Exception]", task: Task) -> list[Ru
         result = future.result()
     except KilledWorker as error:
         return SequenceError(
-            f"{task.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
+            f"{task.source.spec}: {error.allowed_failures + 1} Dask workers were lost while they "
             f"ran this sequence, the last at {error.last_worker.address}. See their logs for the "
             "reason, and run the same command again."
         )

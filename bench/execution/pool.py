@@ -20,15 +20,13 @@ from time import monotonic
 from typing import Any, TypeAlias, TypeVar
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.execution.task import Limits, Task
-from trackmark.bench.execution.worker import OPENING_SECONDS, RepeatError, run_task
-from trackmark.bench.external.process import FRAME_FOLDER, FRAME_PREFIX
+from trackmark.bench.execution.task import OPENING_SECONDS, Limits, RepeatError, Task
 from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
 from trackmark.bench.operating_system import machine_memory
 from trackmark.bench.process_tree import ProcessTree
 from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.temporary_paths import remove_abandoned
+from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
 from trackmark.datasets import SequenceError
 
 T = TypeVar("T")
@@ -169,7 +167,7 @@ class Pool:
                     repeated.append(replace(task, is_isolated=True))
                     continue
                 answer = SequenceError(
-                    f"{task.source.text}: {answer}. This has happened twice, the second time with "
+                    f"{task.source.spec}: {answer}. This has happened twice, the second time with "
                     "each tracker in a process of its own: the sequence cannot be read."
                 )
             work += task.work
@@ -259,6 +257,14 @@ class Pool:
         if self._n_failed_starts > 1:  # the operating system may have killed the first worker
             raise ResultsError(f"{reason}. A worker cannot start.")
         self._begin(call)
+
+
+def run_task(task: Task, limits: Limits) -> list[Run]:
+    """Return the runs of a task, in a worker; see `bench.execution.worker.run_task`."""
+    # Imported here, because only workers need the loop over frames.
+    from trackmark.bench.execution import worker
+
+    return worker.run_task(task, limits)
 
 
 def map_in_workers(

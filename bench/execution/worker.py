@@ -24,7 +24,13 @@ import cv2
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
+from trackmark.bench.execution.task import (
+    OPENING_SECONDS,
+    Limits,
+    RepeatError,
+    Task,
+    UnusableTrackerError,
+)
 from trackmark.bench.experiments.tracker_spec import (
     Identity,
     TrackerSpec,
@@ -39,19 +45,12 @@ from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import TrackerError
 
-OPENING_SECONDS = 3600.0
-"""Longest time in which a worker sends no message while it opens a sequence [s]."""
-
 READING_SECONDS = 300.0
 """Longest time to read a frame, which does not count for the limit of a tracker [s]."""
 
 _NO_MEMORY = "the memory is exhausted"
 _MESSAGE_SECONDS = 0.5  # between two messages about progress
 _IDLE_SECONDS = 60.0  # a Dask worker can outlive its command
-
-
-class RepeatError(Exception):
-    """Reason to repeat a task with a process for each tracker."""
 
 
 class _Channel:
@@ -202,7 +201,7 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     _check_unchanged(task)  # boxes must not be stored under another version
     metadata: dict[str, Any] = {"host": socket.gethostname()}
     if task.protocol != TIMING:
-        metadata["frame_seconds"] = result.frame_seconds
+        metadata["reading_seconds"] = result.reading_seconds
     return [replace(run, metadata={**run.metadata, **metadata}) for run in result.runs]
 
 
@@ -212,7 +211,7 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     Raises `SequenceError` if the sequence cannot be opened or has changed since the plan, and
     `UnusableTrackerError` if a tracker cannot be created as planned.
     """
-    sequence = datasets.load(task.source.text, truth=task.source.truth)
+    sequence = datasets.load(task.source.spec, truth=task.source.truth)
     try:
         parsed = parse_trackers(run.tracker for run in task.runs)
     except (TrackerError, OSError) as error:

@@ -5,7 +5,7 @@ import inspect
 import json
 import typing
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -13,14 +13,8 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.external.definition import is_external, open_external, split_table
-from trackmark.bench.external.isolated import (
-    FRAME_SECONDS,
-    IsolatedFactory,
-    describe_isolated,
-    open_isolated,
-)
-from trackmark.bench.external.plugin import ExternalPlugin, close_idle_processes
+from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
+from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
@@ -100,6 +94,10 @@ def _digest(determining: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
+TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
+"""Versions of trackers that are known so far, by file and `class_name`."""
+
+
 @dataclass(frozen=True)
 class TrackerSpec:
     """Tracker with validated parameters."""
@@ -116,6 +114,8 @@ class TrackerSpec:
     # Time limit of a call, which the tracker's own process enforces [s]; 0 without such a process.
     call_seconds: float = 0.0
     base_seed: int | None = None  # selects other random numbers for all runs; see `run_seed`
+    # Cache of `version`, also for other trackers of its file, because reading a file is slow.
+    versions: TrackerVersions = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def is_built_in(self) -> bool:
@@ -132,6 +132,9 @@ class TrackerSpec:
 
         Trackers in other environments have such a process already, with limits of their own.
         """
+        # A command loads the modules of processes only for a tracker that needs a process.
+        from trackmark.bench.external.isolated import IsolatedFactory
+
         make = self.make
         if self.is_isolated and not isinstance(make, IsolatedFactory):
             return self
@@ -139,19 +142,15 @@ class TrackerSpec:
             name, options = split_text(self.label)
             options.pop("init", None)
             make = IsolatedFactory(name, options)
-        return self.changed(make=make.limited(frame_seconds), call_seconds=frame_seconds)
+        return replace(self, make=make.limited(frame_seconds), call_seconds=frame_seconds)
 
-    def changed(self, **fields: Any) -> "TrackerSpec":
-        """Return the tracker with other fields and the same version."""
-        other = replace(self, **fields)
-        if "version" in vars(self):  # value of the `cached_property`
-            vars(other)["version"] = self.version
-        return other
-
-    @cached_property
+    @property
     def version(self) -> dict[str, Any]:
         """Version of the source, and versions of libraries; see `Identity`."""
-        return tracker_version(self.name, self.file, self.class_name)
+        key = self.file, self.class_name
+        if key not in self.versions:
+            self.versions[key] = tracker_version(self.name, self.file, self.class_name)
+        return self.versions[key]
 
     @property
     def digest(self) -> str:
@@ -181,18 +180,21 @@ def built_in_digest(name: str) -> str | None:
     return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
-def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
+def parse_tracker(
+    tracker: str | TrackerFactory, versions: TrackerVersions | None = None
+) -> TrackerSpec:
     """Return a tracker from its specification, or from a callable that creates the tracker.
 
     `tracker` is `name:key=value:…` or `path/to/file.py:ClassName:key=value:…`, or a callable that
     takes a `numpy.random.SeedSequence`. The class can be omitted if the file defines one tracker.
-    In addition to parameters, keys can be `preset`, `init` and, for files, `as`.
+    In addition to parameters, keys can be `preset`, `init` and, for files, `as`. `versions` is the
+    cache of the versions of several trackers.
 
     Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
     `TypeError` for a tracker object, because its seed is unknown.
     """
     if isinstance(tracker, str):
-        return _from_text(tracker)
+        return _from_text(tracker, {} if versions is None else versions)
     if not callable(tracker):
         raise TypeError(
             f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Use its name, "
@@ -219,28 +221,13 @@ def source_file(tracker: TrackerFactory) -> Path | None:
     return Path(source) if source and Path(source).is_file() else None
 
 
-TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
-"""Cached versions of trackers, by file and `class_name`."""
-
-
-def parse_trackers(
-    texts: Iterable[str], versions: TrackerVersions | None = None
-) -> dict[str, TrackerSpec]:
-    """Return trackers by their specifications; see `parse_tracker`.
-
-    The version of a file is computed only once, because that is slow. Missing versions are added to
-    the cache `versions`.
-    """
-    versions = {} if versions is None else versions
-    specs = {text: parse_tracker(text) for text in dict.fromkeys(texts)}
-    for entry in specs.values():
-        if "version" in vars(entry):  # of a tracker in a process of its own
-            continue
-        key = entry.file, entry.class_name
-        if key not in versions:
-            versions[key] = entry.version
-        vars(entry)["version"] = versions[key]  # value of the `cached_property`
-    return specs
+def parse_trackers(specs: Iterable[str]) -> dict[str, TrackerSpec]:
+    """Return trackers by their specifications, with their versions; see `parse_tracker`."""
+    versions: TrackerVersions = {}
+    parsed = {spec: parse_tracker(spec, versions) for spec in dict.fromkeys(specs)}
+    for tracker in parsed.values():
+        tracker.version  # noqa: B018  # computed now, before the file can change
+    return parsed
 
 
 class SequenceIdentity(typing.Protocol):
@@ -254,49 +241,62 @@ class SequenceIdentity(typing.Protocol):
 
 
 def run_identity(
-    chosen: TrackerSpec,
+    spec: TrackerSpec,
     sequence: SequenceIdentity,
     repetition: int,
     protocol: str = ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
-        tracker=chosen.label,
-        tracker_name=chosen.name,
-        preset=chosen.preset,
-        parameters=chosen.parameters,
-        tracker_code=chosen.version,
+        tracker=spec.label,
+        tracker_name=spec.name,
+        preset=spec.preset,
+        parameters=spec.parameters,
+        tracker_code=spec.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
         repetition=repetition,
         protocol=protocol,
-        init=chosen.init,
+        init=spec.init,
     )
 
 
-def _from_text(text: str) -> TrackerSpec:
-    name, options = split_text(text)
+def _from_text(tracker: str, versions: TrackerVersions) -> TrackerSpec:
+    name, options = split_text(tracker)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
+    if is_external(name, options) or is_outside(name):
+        return _from_outside(name, options, init, versions)
+    specification = trackers.resolve(name, **options)
+    spec = _from_specification(specification, init, versions=versions)
+    uses_process = specification.randomness is Randomness.PROCESS
+    return spec.isolated(FRAME_SECONDS) if uses_process else spec
+
+
+def _from_outside(
+    name: str, options: dict[str, str], init: str, versions: TrackerVersions
+) -> TrackerSpec:
+    """Return a tracker that is not part of the package; its process is started once."""
+    # A command loads the modules of processes only for a tracker that needs a process.
+    from trackmark.bench.external.definition import open_external
+    from trackmark.bench.external.isolated import open_isolated
+    from trackmark.bench.external.plugin import ExternalPlugin
+
     if is_external(name, options):
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
         limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
-        spec = _from_specification(specification, init, call_seconds=max(limits))
-        vars(spec)["version"] = plugin.version  # value of the `cached_property`
-        return spec
-    if is_outside(name):
-        factory, fields = open_isolated(name, options)
-        # A file that defines one tracker can omit the class from the name.
-        class_name = fields.pop("class_name")
-        named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
-        return _make_spec(
-            **fields, init=init, make=factory, class_name="" if named else class_name
-        ).isolated(FRAME_SECONDS)
-    specification = trackers.resolve(name, **options)
-    spec = _from_specification(specification, init)
-    uses_process = specification.randomness is Randomness.PROCESS
-    return spec.isolated(FRAME_SECONDS) if uses_process else spec
+        own_versions = {(specification.file, ""): plugin.version}
+        return _from_specification(
+            specification, init, call_seconds=max(limits), versions=own_versions
+        )
+    factory, fields = open_isolated(name, options)
+    # A file that defines one tracker can omit the class from the name.
+    class_name = fields.pop("class_name")
+    named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
+    class_name = "" if named else class_name
+    spec = _make_spec(**fields, init=init, make=factory, class_name=class_name, versions=versions)
+    return spec.isolated(FRAME_SECONDS)
 
 
 def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
@@ -335,23 +335,26 @@ def _make_spec(
     )
 
 
-def resolve_specs(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers as `parse_trackers`, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
     """
     try:
-        return parse_trackers(texts)
+        return parse_trackers(specs)
     finally:
         close_idle_processes()
 
 
-def describe_tracker(text: str) -> dict[str, Any]:
+def describe_tracker(spec: str) -> dict[str, Any]:
     """Describe a tracker as `trackers.describe` does, also one from outside the package.
 
-    `text` is a name; only a tracker in another environment needs its options.
+    `spec` is a name; only a tracker in another environment needs its options.
     """
-    name, options = split_text(text)
+    from trackmark.bench.external.definition import open_external
+    from trackmark.bench.external.isolated import describe_isolated
+
+    name, options = split_text(spec)
     try:
         if is_external(name, options):
             external = open_external(name, options)
@@ -362,22 +365,22 @@ def describe_tracker(text: str) -> dict[str, Any]:
         close_idle_processes()
 
 
-def split_text(text: str) -> tuple[str, dict[str, str]]:
+def split_text(spec: str) -> tuple[str, dict[str, str]]:
     """Return name (or file and class) and options of a specification.
 
     Raises `TrackerError` for a malformed text.
     """
-    speaks_trax = text.strip().startswith("trax:")  # its command can name a file
-    table = None if speaks_trax else split_table(text.strip())
-    place: tuple[Path | str, str] | None = table
+    speaks_trax = spec.strip().startswith("trax:")  # its command can name a file
+    table = None if speaks_trax else split_table(spec.strip())
+    file_and_class: tuple[Path | str, str] | None = table
     if not (table or speaks_trax):
-        place = in_file(text.strip())
-    file, rest = place or ("", text)
-    if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
+        file_and_class = in_file(spec.strip())
+    file, rest = file_and_class or ("", spec)
+    if file_and_class and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)
     except ValueError as error:
         hint = " A command with ':' needs a table of a TOML file." if speaks_trax else ""
         raise TrackerError(f"tracker {error}{hint}") from None
-    return (f"{file}:{name}" if name else str(file)) if place else name, options
+    return (f"{file}:{name}" if name else str(file)) if file_and_class else name, options

@@ -13,7 +13,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from trackmark.bench.external import python, trax
+from trackmark.bench.external import TABLE, python, split_table, trax
 from trackmark.bench.external.plugin import ExternalPlugin
 from trackmark.bench.external.python import PythonOptions
 from trackmark.bench.external.trax import TraxOptions
@@ -21,28 +21,14 @@ from trackmark.trackers import TrackerError
 from trackmark.trackers.base.catalogue import (
     Specification,
     check_name,
-    in_file,
     resolve_plugin,
     tracker_name,
 )
 from trackmark.trackers.base.parameters import unknown_name_error
 
-_TABLE = re.compile(r"(?P<file>.*?\.(?:toml|ini)):(?P<name>[^:=]+)(?P<rest>(:.*)?)", re.DOTALL)
 _LIMITS = ("start_limit", "frame_limit")
 _MODULE = re.compile(r"[a-zA-Z_][\w.]*")
 _TRAX_OPTIONS = (*_LIMITS, "folder", "confidence", "stochastic", "version")
-
-
-def split_table(text: str) -> tuple[str, str] | None:
-    """Return `file.toml:name` (or `.ini`) and the rest of a specification; None for others."""
-    match = _TABLE.fullmatch(text)
-    return (f"{match['file']}:{match['name']}", match["rest"]) if match else None
-
-
-def is_external(name: str, options: Mapping[str, str]) -> bool:
-    """Return whether the name and options of a specification select a process of its own."""
-    is_python = "python" in options and in_file(name) is not None
-    return name == "trax" or is_python or split_table(name) is not None
 
 
 def open_external(name: str, options: Mapping[str, str]) -> Specification:
@@ -56,7 +42,7 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
     plugin: type[ExternalPlugin]
     options = dict(options)
     requested_name, folder = options.pop("as", ""), Path()
-    place = _TABLE.fullmatch(name)
+    place = TABLE.fullmatch(name)
     if place is not None:
         source = Path(place["file"]).expanduser()
         table = _read_table(source, place["name"])

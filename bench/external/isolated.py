@@ -10,11 +10,11 @@ from typing import Any
 
 import numpy as np
 
+from trackmark.bench.external import FRAME_SECONDS
+from trackmark.bench.external.idle_processes import keep_process, take_process
 from trackmark.bench.external.plugin import (
     RemoteTracker,
     digest_file,
-    keep_process,
-    take_process,
 )
 from trackmark.bench.external.process import ExternalTrackerError, with_output
 from trackmark.bench.external.worker_process import WorkerProcess
@@ -28,9 +28,6 @@ _OPERATIONS = "trackmark.bench.external.isolated_worker:IsolatedTrackers"
 
 START_SECONDS = 300.0
 """Time limit of the start of a process and of the import of a tracker [s]."""
-
-FRAME_SECONDS = 60.0
-"""Default time limit of a call of a tracker [s]."""
 
 
 @dataclass(frozen=True)
@@ -154,7 +151,7 @@ class IsolatedTracker(RemoteTracker):
 
     @property
     def device(self) -> str:
-        """See `SelfTimed.device`."""
+        """See `RemoteTracker.device`."""
         return self._device
 
     @property

@@ -1,29 +1,30 @@
-"""Trackers that run in another process, and the processes that wait for a tracker."""
+"""Base classes of trackers that run in another process."""
 
-import os
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
-from typing import Any, ClassVar, TypeVar
+from typing import Any, ClassVar
 
 from pydantic import Field
 
 from trackmark import trackers
-from trackmark.bench.external.process import ExternalTrackerError, LineProcess
+from trackmark.bench.external.process import LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.trackers.base.call_clock import SelfTimed
+from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
 from trackmark.trackers.base.parameters import Parameters
 from trackmark.trackers.base.plain import AdaptedTracker
 
 
-class RemoteTracker(SelfTimed):
+class RemoteTracker:
     """Base class of trackers that pass frames to another process.
 
     Attributes
     ----------
+    call_time : CallTime
+        Times of the last call of `init` or `update`, without conversion of images and transfer.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
     drawn : list of str
@@ -32,9 +33,15 @@ class RemoteTracker(SelfTimed):
         True if the arrays of estimates are stored; otherwise they need not be transferred.
     """
 
+    call_time: CallTime
     clock: ClassVar[str] = ""
     drawn: Sequence[str] = ()
     keeps_arrays = False
+
+    @property
+    def device(self) -> str:
+        """Name of the accelerator; empty if unknown."""
+        return ""
 
     @abstractmethod
     def reject(self, error: MalformedEstimateError) -> Exception:
@@ -91,46 +98,6 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
     def reject(self, error: MalformedEstimateError) -> Exception:
         """See `RemoteTracker.reject`."""
         return self.process.fail(f"returned an invalid estimate: {error}")
-
-
-_Process = TypeVar("_Process", bound=LineProcess)
-
-MAX_IDLE_PROCESSES = 8
-"""Maximum number of processes that wait for a tracker, because each can hold a model in memory."""
-
-_idle: list[tuple[tuple[object, ...], Any]] = []
-"""Keys and processes without a tracker; the last one was used last."""
-
-
-def take_process(start: Callable[[], _Process], *key: object) -> _Process:
-    """Return an idle process of a tracker, or start one; `key` are its options and digest."""
-    for place, (other, process) in enumerate(_idle):
-        if other == (os.getpid(), *map(repr, key)):
-            del _idle[place]
-            process.forget_output()
-            return process  # type: ignore[no-any-return]  # kept under its key
-    return start()
-
-
-def keep_process(process: LineProcess, *key: object) -> None:
-    """Keep a process for the next tracker of its key, because a start can take seconds."""
-    if process.is_usable:
-        _idle.append(((os.getpid(), *map(repr, key)), process))
-    else:
-        process.close()
-    if len(_idle) > MAX_IDLE_PROCESSES:
-        _close_oldest()
-
-
-def close_idle_processes() -> None:
-    """End the processes that wait for a tracker."""
-    while _idle:
-        _close_oldest()
-
-
-def _close_oldest() -> None:
-    with suppress(ExternalTrackerError):  # no run needs its answers any more
-        _idle.pop(0)[1].close()
 
 
 def digest_file(file: Path) -> str:

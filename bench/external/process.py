@@ -3,12 +3,10 @@
 Threads read the output of the process, because a pipe cannot be read with a time limit on Windows.
 """
 
-import os
 import re
 import shlex
 import signal
 import subprocess
-import tempfile
 import threading
 import time
 import traceback
@@ -28,12 +26,6 @@ from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
 TAIL_CHARACTERS = 2_000
 """Number of characters of a process's output that an error repeats."""
-
-FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
-"""Folder of the files with frames: in memory if possible."""
-
-FRAME_PREFIX = "trackmark-frames-"
-"""Start of the names of these files."""
 
 END = b""
 """Line that stands for the end of the output."""

@@ -6,12 +6,11 @@ from typing import Any, ClassVar
 
 import numpy as np
 
+from trackmark.bench.external.idle_processes import keep_process, take_process
 from trackmark.bench.external.plugin import (
     ExternalOptions,
     ExternalPlugin,
     digest_file,
-    keep_process,
-    take_process,
 )
 from trackmark.bench.external.worker_process import WorkerProcess
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
@@ -79,7 +78,7 @@ class PythonPlugin(ExternalPlugin):
 
     @property
     def device(self) -> str:
-        """See `SelfTimed.device`."""
+        """See `RemoteTracker.device`."""
         return self._device
 
     def close(self) -> None:

@@ -20,20 +20,17 @@ from typing import Any, ClassVar, NamedTuple
 import cv2
 import numpy as np
 
+from trackmark.bench.external.idle_processes import keep_process, take_process
 from trackmark.bench.external.plugin import (
     ExternalOptions,
     ExternalPlugin,
     digest_file,
-    keep_process,
-    take_process,
 )
 from trackmark.bench.external.process import (
-    FRAME_FOLDER,
-    FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
 )
-from trackmark.bench.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.datasets.number_files import form_problem
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime

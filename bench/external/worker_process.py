@@ -13,13 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.external.process import (
-    FRAME_FOLDER,
-    FRAME_PREFIX,
     ExternalTrackerError,
     LineProcess,
 )
 from trackmark.bench.machine_errors import machine_fault, no_room
-from trackmark.bench.temporary_paths import TemporaryPath
+from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.trackers import TrackerError
 
 HOME = str(Path(__file__).parents[3])
@@ -112,8 +110,7 @@ class WorkerProcess(LineProcess):
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:
             number, answer = json.loads(line[len(MARK) :])
-            is_fork = number is None and "problem" in answer
-            is_expected = isinstance(answer, dict) and (number == self._n_requests or is_fork)
+            is_expected = isinstance(answer, dict) and number == self._n_requests
         except (ValueError, TypeError):
             is_expected = False
         if not is_expected:

@@ -13,7 +13,9 @@ from typing import Any, Literal, Protocol, TypeAlias
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from trackmark.bench.metrics.region_overlap import Shapes
+Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
+"""Ground-truth region by frame: a polygon (float64, shape (k, 2)), a mask (bool, shape (height,
+width)), or None if the region is the box."""
 
 RunKind: TypeAlias = Literal["one pass", "supervised", "anchors"]
 """Kind of scored runs: initialised once, restarted after failures, or started from anchors."""

@@ -5,8 +5,8 @@ counted. A box of width w covers w columns, a polygon also the pixels of its ver
 docs/metrics.md lists the differences.
 """
 
-from collections.abc import Iterable, Sequence
-from typing import Any, TypeAlias
+from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,10 +15,6 @@ from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 MAX_COORDINATE = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""
-
-Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
-"""Ground-truth region by frame: a polygon (float64, shape (k, 2)), a mask (bool, shape (height,
-width)), or None if the region is the box."""
 
 
 def raster_overlap(

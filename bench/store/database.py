@@ -36,8 +36,9 @@ _TABLES = {
         "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, "
         "version TEXT NOT NULL, fingerprint TEXT NOT NULL, "
         "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
-        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
-        "identity TEXT NOT NULL, metadata TEXT NOT NULL, arrays BLOB NOT NULL",
+        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, "
+        "reading_seconds REAL, identity TEXT NOT NULL, metadata TEXT NOT NULL, "
+        "arrays BLOB NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
     # Scores can be computed again, after a change of their code also in another order than runs.

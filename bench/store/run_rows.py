@@ -37,7 +37,7 @@ TEXT_FIELDS = (
 
 _METADATA_TEXTS = ("source", "truth", "date", "clock", "machine", "time_note")
 
-NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
+NUMBER_FIELDS = ("repetition", "frames", "seconds", "reading_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
 
 MAX_KEPT = 1 << 30
@@ -62,7 +62,8 @@ class StoredRuns:
         and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on tracker, parameters and
         sequence; `tracker_version` depends on the tracker's code and libraries. `source` and
         `truth` are the paths from which the sequence was opened. `seconds` is the wall time of all
-        calls of the tracker, and `frame_seconds` the mean time to decode or render a frame [s].
+        calls of the tracker, and `reading_seconds` the mean time to decode or render an image
+        [s].
         `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
         the clock of these times, and `machine` the machine on which they were measured. `date` is
         the date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the

@@ -201,7 +201,7 @@ def _encoded_run(run: Run) -> dict[str, Any]:
         "tracker_output": _text(run.tracker_output),
         "frames": len(run.boxes),
         "seconds": _seconds(run.metadata.get("seconds")),
-        "frame_seconds": _seconds(run.metadata.get("frame_seconds")),
+        "reading_seconds": _seconds(run.metadata.get("reading_seconds")),
         "identity": json.dumps(identity),  # without the repetition
         "metadata": json.dumps(with_metadata(run).metadata),
         "arrays": pack(arrays),

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import (
     check_row_count,
@@ -24,7 +24,6 @@ from trackmark.datasets.number_files import (
     read_flags,
     read_integers,
 )
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, COVER = "groundtruth.txt", "meta_info.ini", "cover.label"

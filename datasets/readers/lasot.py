@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import (
     check_row_count,
@@ -18,7 +18,6 @@ from trackmark.datasets.number_files import (
     read_boxes,
     read_flags,
 )
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FLAGS = "groundtruth.txt", ("full_occlusion", "out_of_view")
@@ -49,12 +48,14 @@ def read(path: Path, truth: Path | None) -> Sequence:
     flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], n)
     for absent in flags.values():
         boxes[absent[: len(boxes)]] = np.nan
-    text = path / "nlp.txt"
+    description_file = path / "nlp.txt"
     return recorded_images(
         name,
         images,
         GroundTruth(boxes),
         source,
         attributes=flags,
-        description=" ".join(truth_file.read_text(text).split()) if text.is_file() else "",
+        description=" ".join(truth_file.read_text(description_file).split())
+        if description_file.is_file()
+        else "",
     )

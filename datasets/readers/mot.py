@@ -17,7 +17,7 @@ import numpy as np
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
@@ -26,7 +26,7 @@ from trackmark.datasets.number_files import (
     read_fields,
     read_rows,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
@@ -132,10 +132,10 @@ def _read_targets(source: Path) -> dict[str, Array]:
         raise SequenceError(
             f"{source}: the flag `counts` is 0 in all rows. Expected: 1 for a target."
         )
-    numbers, starts = np.unique(selected[:, 1].astype(int), return_index=True)
-    return dict(zip(map(str, numbers), np.split(selected, starts[1:]), strict=True))
+    targets, starts = np.unique(selected[:, 1].astype(int), return_index=True)
+    return dict(zip(map(str, targets), np.split(selected, starts[1:]), strict=True))
 
 
 def _longest(targets: Mapping[str, Array]) -> str:
     """Return the number of the target in most frames; of equal targets, the lowest number."""
-    return max(targets, key=lambda number: len(targets[number]))
+    return max(targets, key=lambda target: len(targets[target]))

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import (
     check_row_count,
@@ -21,7 +21,7 @@ from trackmark.datasets.number_files import (
     frames_with_values,
     read_boxes,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6

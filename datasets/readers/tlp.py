@@ -10,10 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import as_boxes, count_columns, read_rows
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_COLUMNS = "groundtruth_rect.txt", 6

@@ -9,10 +9,9 @@ ECCV 2018.
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images
+from trackmark.datasets.image_files import numbered_images, recorded_images
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.number_files import check_row_count, read_boxes
-from trackmark.datasets.recorded import recorded_images
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
 

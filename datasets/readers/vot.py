@@ -24,7 +24,12 @@ from numpy.typing import NDArray
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.image_files import image_files, numbered_images, size_of_first
+from trackmark.datasets.image_files import (
+    image_files,
+    numbered_images,
+    recorded_images,
+    size_of_first,
+)
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
@@ -41,7 +46,7 @@ from trackmark.datasets.number_files import (
     read_rows,
     words,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded_images
+from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
@@ -202,13 +207,13 @@ def _box(row: list[float]) -> list[float]:
     return [*points.min(axis=0), *np.ptp(points, axis=0)]
 
 
-def _parse_mask(text: str, size: tuple[int, int]) -> EncodedMask:
+def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
     """Return the mask of a row; it must lie inside an image of this size."""
-    values = words(text)
+    values = words(row)
     if len(values) < 5 or not all(
         word.isascii() and word.isdecimal() and len(word) < 10 for word in values
     ):
-        raise ValueError(f"{quote(f'm{text}')} is not a mask. Expected: {_ROW}")
+        raise ValueError(f"{quote(f'm{row}')} is not a mask. Expected: {_ROW}")
     x, y, width, height, *runs = map(int, values)
     if x + width > size[0] or y + height > size[1]:
         raise ValueError(

@@ -16,7 +16,7 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.interface import Sequence, SequenceError, SequenceSize
 from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 
-__all__ = ["describe", "load", "names", "options", "summary"]
+__all__ = ["describe", "load", "name_and_fingerprint", "names", "options", "sequence_size"]
 
 CLIP = "datasets/data/carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
@@ -45,6 +45,12 @@ def sequence_size(name: str) -> SequenceSize:
 def describe(name: str) -> SequenceMetadata:
     """See `datasets.catalogue.Suite`."""
     return sequence_metadata(load(name, {}), SIZE)
+
+
+def name_and_fingerprint(name: str, options: Mapping[str, str]) -> tuple[str, str]:
+    """See `datasets.catalogue.Suite`."""
+    sequence = load(name, options)
+    return sequence.name, sequence.fingerprint
 
 
 def load(name: str, options: Mapping[str, str]) -> Sequence:

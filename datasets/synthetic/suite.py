@@ -152,11 +152,3 @@ def _identity(parameters: SequenceParameters) -> dict[str, Any]:
     }
     values = parameters.model_dump()
     return {name: value for name, value in values.items() if later.get(name, ...) != value}
-
-
-@cache
-def suites() -> list[SyntheticSuite]:
-    """Return the `SUITE` of every package in this folder that defines a suite."""
-    folders = sorted(file.parent.name for file in FOLDER.glob("*/__init__.py"))
-    packages = [importlib.import_module(f"trackmark.datasets.synthetic.{name}") for name in folders]
-    return [package.SUITE for package in packages if hasattr(package, "SUITE")]

@@ -20,7 +20,7 @@ from trackmark.bench.cli import main
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution import worker
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
@@ -168,7 +168,7 @@ def run_trial(without_processes):
     """Return a function that runs a small experiment in this process and returns its folder."""
 
     def run(folder, trackers, sequences, **options):
-        sources = tuple(map(SequenceSource, sequences))
+        sources = tuple(map(SequenceSpec, sequences))
         with without_processes():
             return run_experiment(
                 Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1

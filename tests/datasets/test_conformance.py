@@ -2,6 +2,7 @@
 
 import itertools
 from functools import cache
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -9,10 +10,12 @@ import pytest
 from tests.datasets.synthetic.scenes import slow_if_unchanged
 from trackmark import datasets
 from trackmark.datasets import SequenceError
+from trackmark.datasets.catalogue import SUITES as SUITE_PATHS
+from trackmark.datasets.catalogue import suites
 from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import sequence_metadata
 from trackmark.datasets.spec_string import parse_text
-from trackmark.datasets.synthetic.suite import SyntheticSuite, suites
+from trackmark.datasets.synthetic.suite import FOLDER, SyntheticSuite
 from trackmark.datasets.versioning import VersionEntry, find_version, read_versions
 
 SIMILAR = {"nguyen2002/clip-": ("01", "04"), "multipart/": ("1", "5")}
@@ -28,7 +31,8 @@ PARAMETERS = {
     name: {parameter["name"]: parameter for parameter in datasets.options(name)}
     for name in SYNTHETIC
 }
-VERSIONS = [version for suite in suites() for version in read_versions(suite.golden).values()]
+SUITES = [suite for suite in suites() if isinstance(suite, SyntheticSuite)]
+VERSIONS = [version for suite in SUITES for version in read_versions(suite.golden).values()]
 GOLDEN = {text: golden for version in VERSIONS for text, golden in version.golden.items()}
 EVERYDAY = ("plain/target", "wang2010/hand", "stress/twin")
 """Cheap scenes that are tested every day, even if their source is unchanged."""
@@ -195,7 +199,14 @@ def test_fingerprints_are_unique():
     assert len(set(fingerprints)) == len(fingerprints)
 
 
-@pytest.mark.parametrize("suite", suites(), ids=lambda suite: suite.golden.parent.name)
+def test_every_folder_of_scenes_is_in_the_catalogue():
+    folders = {file.parent.name for file in FOLDER.glob("*/golden.json")}
+    assert folders == {suite.golden.parent.name for suite in SUITES}
+    for prefix, path in SUITE_PATHS.items():
+        assert any(name.startswith(f"{prefix}/") for name in resolve_name(path).names())
+
+
+@pytest.mark.parametrize("suite", SUITES, ids=lambda suite: suite.golden.parent.name)
 def test_source_of_scenes_has_its_stored_digest(suite):
     versions = {name: find_version(name, suite.golden) for name in suite.names()}
     assert all(version is not None and version.golden for version in versions.values())
@@ -234,7 +245,7 @@ def test_describe_opens_no_unchanged_rendered_sequence(monkeypatch):
 def parse_specification(text):
     """Return suite, entry and parameters of a text without computing the ground truth."""
     name, options = parse_text(text)
-    (suite,) = (suite for suite in suites() if name in suite.names())
+    (suite,) = (suite for suite in SUITES if name in suite.names())
     return suite, suite.entries[name], suite.entries[name].parameters.checked(name, options)
 
 

@@ -1,25 +1,21 @@
 """Catalogue of trackers: names, parameters and creation; a tracker is imported on first use."""
 
 import ast
-import contextlib
 import importlib
 import importlib.util
 import inspect
 import re
 import sys
-import traceback
+import zlib
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from importlib import metadata
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
-from types import CodeType
 from typing import Annotated, Any, Literal, Protocol, get_args, get_origin
 
 import numpy as np
 
-from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, Tracker, TrackerPlugin
 from trackmark.trackers.base.parameters import (
     Parameters,
@@ -27,15 +23,9 @@ from trackmark.trackers.base.parameters import (
     closest_match,
     unknown_name_error,
 )
-from trackmark.trackers.base.plain import AdaptedTracker, to_plugin
-from trackmark.trackers.base.plain_class import tracker_class
-from trackmark.trackers.base.seeds import run_seed
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
-PLUGIN_MODULE = "trackmark_plugin_"
-"""Start of the names of modules that are tracker files outside the package."""
-
 DEFAULT_PRESET = "recommended"
 """Default preset of trackers without a class attribute `default_preset`."""
 
@@ -157,6 +147,20 @@ def create(
     return specification.create(run_seed(*run, base=seed))
 
 
+def run_seed(
+    name: str, sequence: str, repetition: int, restarts: int = 0, base: int | None = None
+) -> np.random.SeedSequence:
+    """Return the seed of a run: it depends on tracker name, sequence name and repetition only.
+
+    Trackers of equal name get the same random numbers. Other trackers have no influence. `restarts`
+    is the number of trackers that the protocol has started earlier in the run. `base` selects other
+    random numbers for all runs.
+    """
+    key = (zlib.crc32(name.encode()), zlib.crc32(sequence.encode()))
+    entropy = repetition if base is None else [base, repetition]
+    return np.random.SeedSequence(entropy, spawn_key=(*key, restarts) if restarts else key)
+
+
 def resolve(name: str, **parameters: Any) -> Specification:
     """Return a tracker's class and parameter values without creating it; see `create`."""
     plugin, file = _load(name)
@@ -184,18 +188,19 @@ def resolve_plugin(
     names, for the error for an unknown parameter.
     """
     fields = plugin.Parameters.model_fields
-    own_options = {"preset", "images"} if issubclass(plugin, AdaptedTracker) else {"preset"}
+    adapted: Any = plugin if hasattr(plugin, "with_images") else None  # see `plain`
+    own_options = {"preset", "images"} if adapted else {"preset"}
     for name in parameters:
         if name not in {*fields, *own_options}:
             names = {*fields, *own_options, *option_names}
             raise unknown_name_error(f"parameter of {label}", name, names - {"preset"})
     parameters = dict(parameters)
     options: dict[str, Any] = {}
-    if issubclass(plugin, AdaptedTracker):
-        images = parameters.pop("images", plugin.images)
-        if images != plugin.images:
-            plugin, options = plugin.with_images(images, label), {"images": images}
-    default = _default_preset(plugin)
+    if adapted:
+        images = parameters.pop("images", adapted.images)
+        if images != adapted.images:
+            plugin, options = adapted.with_images(images, label), {"images": images}
+    default = default_preset(plugin)
     preset = str(parameters.pop("preset", default))
     presets = {DEFAULT_PRESET: {}, **plugin.presets}
     if preset not in presets:
@@ -251,7 +256,7 @@ def describe_plugin(
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
         "presets": {DEFAULT_PRESET: {}, **{key: dict(v) for key, v in plugin.presets.items()}},
-        "default_preset": _default_preset(plugin),
+        "default_preset": default_preset(plugin),
         "parameters": [
             {
                 "name": key,
@@ -284,7 +289,7 @@ def is_outside(name: str) -> bool:
     return in_file(name) is not None or bool(metadata.entry_points(group=ENTRY_POINTS, name=name))
 
 
-def _default_preset(plugin: type[TrackerPlugin]) -> str:
+def default_preset(plugin: type[TrackerPlugin]) -> str:
     """Return the preset that a tracker uses if none is requested."""
     return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
@@ -340,7 +345,10 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
     try:
         place = in_file(name)
         if place is not None:
-            return _load_file(*place)
+            # Trackers of the package do not need the modules that adapt and check other classes.
+            from trackmark.trackers.base.tracker_files import load_file
+
+            return load_file(*place)
         file = FOLDER / f"{name.replace('-', '_')}.py"
         entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
         in_package = name == _file_to_name(file) and file.is_file() and file.stem != "__init__"
@@ -353,8 +361,10 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
         if in_package:
             module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
-            return validate_plugin(getattr(module, exported), name), file
+            return getattr(module, exported), file
         if entries:
+            from trackmark.trackers.base.tracker_files import validate_plugin
+
             plugin = validate_plugin(entries[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             return plugin, file
@@ -375,107 +385,3 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
     if name.endswith((".toml", ".ini")):
         hint = f"To use a tracker of this file, give {name}:NAME."
     raise TrackerError(f"unknown tracker {name!r}. {hint}")
-
-
-class _SourceLoader(SourceFileLoader):
-    """Loader that always compiles the source: cached bytecode can be older than a recent edit."""
-
-    def get_code(self, fullname: str) -> CodeType:
-        """See `importlib.abc.InspectLoader`."""
-        return self.source_to_code(self.get_data(self.path), self.path)
-
-
-def _load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
-    """Return the class and the resolved path of a tracker in a file outside the package."""
-    if not file.is_file():
-        raise TrackerError(f"{file}: this tracker file does not exist.")
-    module_name, path = f"{PLUGIN_MODULE}{file.stem}", str(file.absolute())
-    loader = _SourceLoader(module_name, path)
-    spec = importlib.util.spec_from_file_location(module_name, path, loader=loader)
-    assert spec is not None
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[module_name] = module
-    if (folder := str(file.absolute().parent)) not in sys.path:
-        sys.path.append(folder)  # for modules next to the file, also those that a run imports
-    arguments = sys.argv
-    try:
-        # The file may change the working directory, and draw from the global generators.
-        directory, generators = contextlib.chdir(Path.cwd()), GlobalGenerators(0)
-        with directory, preserved_generators(), generators:
-            sys.argv = [path]  # those of the process are not for the file
-            loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        hint = ""
-        if isinstance(error, SystemExit):
-            hint = (
-                ". The file ends the process when it is imported, for example because it parses "
-                "arguments. Put this below if __name__ == '__main__':"
-            )
-        if isinstance(error, ModuleNotFoundError):
-            hint = (
-                ". If another Python environment has this module: --trackers FILE:python=PATH "
-                "(docs/external.md)"
-            )
-        raise TrackerError(
-            f"{file}: the file cannot be imported: {_error_text(error, path)}{hint}"
-        ) from error
-    finally:
-        sys.argv = arguments
-    try:
-        kind = tracker_class(module, class_name)
-    except ValueError as error:
-        raise TrackerError(f"{file}: {error}") from None
-    return validate_plugin(kind, f"{file.name}:{kind.__name__}"), file.resolve()
-
-
-def _error_text(error: BaseException, file: str) -> str:
-    """Return an exception as one line of text, with the line number in the file."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [frame.lineno for frame in frames if frame.filename == file]
-    if isinstance(error, SyntaxError) and error.filename == file:
-        lines = [error.lineno]
-    where = f" (line {lines[0]})" if lines and lines[0] else ""
-    # format_exception_only also handles exceptions whose `__str__` fails.
-    message = traceback.format_exception_only(type(error), error)[-1]
-    return " ".join(message.split())[:300] + where
-
-
-def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
-    """Return the plugin class of a tracker class; raise `TrackerError` if the class is invalid.
-
-    `name`: name of the tracker in messages.
-    """
-    if not isinstance(plugin, type):
-        raise TrackerError(f"tracker {name!r}: {plugin!r} is not a class.")
-    if not issubclass(plugin, TrackerPlugin):
-        return to_plugin(plugin, name)
-    declares_images = isinstance(getattr(plugin, "images", None), str)
-    if declares_images and not issubclass(plugin, AdaptedTracker):
-        raise TrackerError(
-            f"tracker {name!r}: its class attribute images applies to classes without a base "
-            "class. Omit it, and convert the BGR images in init and update."
-        )
-    presets: Any = plugin.presets
-    if inspect.isabstract(plugin):
-        missing_methods = ", ".join(sorted(plugin.__abstractmethods__))
-        raise TrackerError(f"tracker {name!r}: it lacks {missing_methods}.")
-    if not (
-        isinstance(presets, Mapping)
-        and all(isinstance(k, str) and isinstance(v, Mapping) for k, v in presets.items())
-    ):
-        raise TrackerError(
-            f"tracker {name!r}: `presets` must be a dict of parameter values by preset name."
-        )
-    if _default_preset(plugin) not in {DEFAULT_PRESET, *presets}:
-        raise TrackerError(
-            f"tracker {name!r}: `default_preset` must be the name of one of its presets."
-        )
-    if not isinstance(plugin.randomness, Randomness):
-        raise TrackerError(
-            f"tracker {name!r}: `randomness` must be a member of trackers.Randomness."
-        )
-    if not (isinstance(plugin.Parameters, type) and issubclass(plugin.Parameters, Parameters)):
-        raise TrackerError(
-            f"tracker {name!r}: `Parameters` must be a class derived from trackers.Parameters."
-        )
-    return plugin

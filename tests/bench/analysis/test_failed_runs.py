@@ -11,7 +11,7 @@ from tests.bench.conftest import KNOB_TRACKER
 from trackmark import datasets
 from trackmark.bench import metrics
 from trackmark.bench.analysis.by_metrics import metric_tables
-from trackmark.bench.analysis.failed_runs import failed_runs
+from trackmark.bench.analysis.score_tables import failed_runs
 from trackmark.bench.evaluation.outcomes import worst_result
 from trackmark.bench.store.runs import Runs
 

@@ -24,9 +24,8 @@ from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
 from trackmark.bench.execution.scheduling import missing_tasks
-from trackmark.bench.execution.task import Limits
-from trackmark.bench.execution.worker import RepeatError
-from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.execution.task import Limits, RepeatError
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, resolve_specs
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError, run_key
@@ -68,7 +67,7 @@ def data(workspace, otb):
 def experiment(data, *names, sequences="AB", name="trial", **options):
     """Return an experiment; capitalised names are of `ACTS`."""
     trackers = [f"{data}/acts.py:{name}" if name[0].isupper() else name for name in names]
-    sources = tuple(SequenceSource(str(data / "data" / sequence)) for sequence in sequences)
+    sources = tuple(SequenceSpec(str(data / "data" / sequence)) for sequence in sequences)
     return Experiment(name, tuple(trackers), sources, **options)
 
 

@@ -3,7 +3,7 @@
 import pytest
 
 from trackmark.bench.execution.executor import Execution
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.store import run_rows
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
@@ -15,7 +15,7 @@ from trackmark.bench.store.runs import Runs
 def execution(workspace, otb, in_this_process):
     """Return an execution of two tasks, each with one run."""
     otb(workspace / "data" / "Other", 5)
-    sources = (SequenceSource(str(workspace / "data" / name)) for name in ("Small", "Other"))
+    sources = (SequenceSpec(str(workspace / "data" / name)) for name in ("Small", "Other"))
     return Execution(Experiment("trial", ("static",), tuple(sources)), workspace, jobs=1)
 
 

@@ -19,7 +19,7 @@ from trackmark.bench.experiments.tracker_spec import (
 from trackmark.datasets.source_digest import source_digest
 from trackmark.datasets.versioning import VersionEntry
 from trackmark.trackers import TrackerError
-from trackmark.trackers.base.seeds import run_seed
+from trackmark.trackers.base.catalogue import run_seed
 
 TREE = "0123456789abcdef"
 PLUGIN = '''

@@ -201,7 +201,7 @@ class Tiny:
             experiment.name: stored_runs(
                 self.results / experiment.name,
                 experiment.trackers,
-                [source.text for source in experiment.sequences],
+                [source.spec for source in experiment.sequences],
             )
             for experiment in self.paper.experiments(ReproductionOptions(with_sensitivity=True))
         }

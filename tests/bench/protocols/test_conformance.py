@@ -11,14 +11,14 @@ from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
+from trackmark.bench.evaluation.ground_truth import segment_frames
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
-from trackmark.bench.evaluation.recorder import segment_frames
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import run_task
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.keys import run_key
@@ -73,7 +73,7 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.describe(name)
+    definition = protocols.describe_protocol(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80
@@ -210,12 +210,12 @@ def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
 
 @every_protocol
 def test_failed_run_has_rows_of_its_protocol(name, tmp_path, monkeypatch):
-    source = SequenceSource("plain/target:length=30")
+    source = SequenceSpec("plain/target:length=30")
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
     results = RunStore(tmp_path / "trial")
     plan = make_plan(experiment, results)
     (task,) = missing_tasks(plan)
-    add_truth_of(results.folder, datasets.load(source.text))
+    add_truth_of(results.folder, datasets.load(source.spec))
     monkeypatch.setattr("trackmark.trackers.static.Static.update", None)
     (run,) = run_task(task, Limits())
     assert results.add(run)

@@ -41,7 +41,7 @@ def full_run(sequence, repetition=2):
         states=np.arange(n, dtype=np.int32),
         estimate_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
-        metadata={"seconds": 1.5, "frame_seconds": np.nan},
+        metadata={"seconds": 1.5, "reading_seconds": np.nan},
     )
 
 

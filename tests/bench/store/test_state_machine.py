@@ -25,7 +25,7 @@ from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.worker import run_task
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
@@ -146,7 +146,7 @@ class Experimenter(RuleBasedStateMachine):
         chosen = Experiment(
             "trial",
             tuple(self._text(name) for name in sorted(trackers)),
-            tuple(SequenceSource(str(self.data_folder / name)) for name in sorted(sequences)),
+            tuple(SequenceSpec(str(self.data_folder / name)) for name in sorted(sequences)),
             repetitions=repetitions,
         )
         goal, requested = self._goal(chosen, retry_failed)
@@ -228,7 +228,7 @@ class Experimenter(RuleBasedStateMachine):
         """Return the expected runs and requested versions after an experiment."""
         goal, requested = dict(self.runs), dict(self.requested)
         for source in chosen.sequences:
-            sequence = load(source.text)
+            sequence = load(source.spec)
             for text in chosen.trackers:
                 entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):

@@ -18,6 +18,7 @@ from trackmark.datasets.video_frames import VideoFrames
 def test_every_reader_has_a_layout():
     stems = {file.stem for file in Path(readers.__file__).parent.glob("[a-z]*.py")}
     assert {layout.__name__.partition("_")[0] for layout in layouts.LAYOUTS} == stems
+    assert {*readers.FORMATS} == stems
 
 
 @pytest.fixture

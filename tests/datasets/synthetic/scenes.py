@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import strategies as st
 
-from trackmark.datasets.synthetic.suite import suites
+from trackmark.datasets.catalogue import suites
 from trackmark.datasets.versioning import find_version
 
 SEEDS = st.integers(0, 2**32 - 1)
