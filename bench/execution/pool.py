@@ -155,7 +155,7 @@ class Pool:
 
         def next_call() -> "partial[list[Run]] | None":
             task = repeated.popleft() if repeated else next(remaining, None)
-            return None if task is None else partial(_run_task, task, self._limits)
+            return None if task is None else partial(run_in_worker, task, self._limits)
 
         def report(current: int) -> None:
             progress(work + current)
@@ -259,7 +259,7 @@ class Pool:
         self._begin(call)
 
 
-def _run_task(task: Task, limits: Limits) -> list[Run]:
+def run_in_worker(task: Task, limits: Limits) -> list[Run]:
     """Return the runs of a task, in a worker; see `bench.execution.worker.run_task`."""
     # Imported here, because only workers need the loop over frames.
     from trackmark.bench.execution import worker
