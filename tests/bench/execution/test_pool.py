@@ -122,7 +122,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     "options",
     [
         pytest.param({"protocol": "tre:starts=3:min_frames=2"}, marks=pytest.mark.slow, id="tre"),
-        pytest.param({"timing": True}, id="timing"),
+        pytest.param({"is_timing": True}, id="timing"),
         pytest.param({"arrays": True}, marks=pytest.mark.slow, id="arrays"),
     ],
 )
