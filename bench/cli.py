@@ -86,7 +86,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
 def _invoke(arguments: Sequence[str] | None) -> int:
     try:
         _check_completion()
-        answer: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
+        exit_code: Any = trackmark.main(arguments, prog_name="trackmark", standalone_mode=False)
     except SystemExit as ended:  # raised by click after shell completion
         return ended.code if isinstance(ended.code, int) else EXIT_WRONG_INPUT
     except (click.exceptions.Abort, KeyboardInterrupt):
@@ -100,7 +100,7 @@ def _invoke(arguments: Sequence[str] | None) -> int:
             raise
         print_error(message)
         return EXIT_WRONG_INPUT
-    return answer if isinstance(answer, int) else 0
+    return exit_code if isinstance(exit_code, int) else 0
 
 
 def _message_of_environment(error: Exception) -> str | None:

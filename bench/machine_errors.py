@@ -39,11 +39,11 @@ def machine_fault(error: BaseException) -> MachineError | None:
         if isinstance(cause, MachineError):
             return cause
         if isinstance(cause, OSError) and cause.errno in _ADVICE:
-            number = cause.errno
-            if number != errno.EMFILE or max_open_files() < MIN_OPEN_FILES:
-                place = "" if cause.filename is None else f"{cause.filename}: "
-                reason = os.strerror(number)
-                return MachineError(f"{place}{reason}. {_ADVICE[number]}, and start again.")
+            code = cause.errno
+            if code != errno.EMFILE or max_open_files() < MIN_OPEN_FILES:
+                location = "" if cause.filename is None else f"{cause.filename}: "
+                reason = os.strerror(code)
+                return MachineError(f"{location}{reason}. {_ADVICE[code]}, and start again.")
         cause = cause.__cause__ or cause.__context__
     return None
 

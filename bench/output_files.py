@@ -58,8 +58,8 @@ def _replace(
         write(temporary)
         if status is not None:
             temporary.chmod(stat.S_IMODE(status.st_mode))
-        with temporary.open("rb") as content:
-            os.fsync(content.fileno())
+        with temporary.open("rb") as written:
+            os.fsync(written.fileno())
         temporary.replace(target)
 
 
@@ -73,8 +73,8 @@ def _fill(path: Path, write: Callable[[Path], object], status: os.stat_result) -
     ):
         temporary = folder / path.name  # some writers seek, which a FIFO cannot
         write(temporary)
-        with temporary.open("rb") as content:
-            shutil.copyfileobj(content, output)
+        with temporary.open("rb") as written:
+            shutil.copyfileobj(written, output)
 
 
 def _standard_stream(status: os.stat_result) -> int | None:

@@ -90,23 +90,23 @@ def describe(name_or_path: str | Path, truth: str | Path | None = None) -> Seque
 
     Metadata of synthetic sequences with default options are stored. Other sequences are opened.
     """
-    text = str(name_or_path)
-    suite = _find_suite(text) if isinstance(name_or_path, str) and truth is None else None
+    spec = str(name_or_path)
+    suite = _find_suite(spec) if isinstance(name_or_path, str) and truth is None else None
     if suite is not None:
-        return suite.describe(text)
+        return suite.describe(spec)
     return sequence_metadata(load(name_or_path, truth))
 
 
-def name_and_fingerprint(text: str) -> tuple[str, str]:
+def name_and_fingerprint(spec: str) -> tuple[str, str]:
     """Return name and fingerprint of the sequence that `load` opens; exceptions are as in `load`.
 
     Synthetic sequences without filters are not opened, because opening can take a second.
     """
-    name = text.partition(":")[0]
+    name = spec.partition(":")[0]
     suite = _find_suite(name)
-    if suite is not None and not _split_filters(text)[1]:
-        return suite.name_and_fingerprint(name, _options_in(text))
-    sequence = load(text)
+    if suite is not None and not _split_filters(spec)[1]:
+        return suite.name_and_fingerprint(name, _options_in(spec))
+    sequence = load(spec)
     return sequence.name, sequence.fingerprint
 
 
@@ -127,30 +127,30 @@ def options(name: str) -> list[dict[str, Any]]:
     return readers.options(_split_path(name)[0])
 
 
-def is_built_in(text: str) -> bool:
-    """Return whether `load` reads a text as the name of a built-in sequence, not as a path."""
-    return _find_suite(text.partition(":")[0]) is not None
+def is_built_in(spec: str) -> bool:
+    """Return whether `load` reads a specification as a built-in sequence, not as a path."""
+    return _find_suite(spec.partition(":")[0]) is not None
 
 
-def path_format(text: str) -> str:
+def path_format(spec: str) -> str:
     """Return the file layout of a path in words; empty for a built-in name or an unknown layout.
 
     Raises `SequenceError` if the path cannot be read.
     """
-    text, _ = _split_filters(text)
-    if is_built_in(text):
+    spec, _ = _split_filters(spec)
+    if is_built_in(spec):
         return ""
     from trackmark.datasets import readers
 
-    return readers.path_format(_split_path(text)[0])
+    return readers.path_format(_split_path(spec)[0])
 
 
-def matching(text: str, excluded: Collection[str] = ()) -> list[str]:
+def matching(spec: str, excluded: Collection[str] = ()) -> list[str]:
     """Return the sequences that a name, path, pattern, suite or folder selects.
 
     Parameters
     ----------
-    text : str
+    spec : str
         Name or path as for `load`; a pattern with `*` and `?` of built-in names (also with
         options) or of paths; or a suite or folder, for all sequences in it.
     excluded : collection of str
@@ -168,26 +168,26 @@ def matching(text: str, excluded: Collection[str] = ()) -> list[str]:
         For a pattern that matches no sequence, and for incomplete sequences in a folder, of which
         the message names all.
     """
-    bare, filters = _split_filters(text)
+    bare, filters = _split_filters(spec)
     if filters:
         from trackmark.datasets.filters import with_filters
 
         return [with_filters(name, filters) for name in matching(bare, excluded)]
-    if is_built_in(text):
-        return [text]
-    pattern, colon, options = text.partition(":")
-    if not any(sign in text for sign in "*?"):
+    if is_built_in(spec):
+        return [spec]
+    pattern, colon, options = spec.partition(":")
+    if not any(sign in spec for sign in "*?"):
         pattern = f"{pattern.rstrip('/')}/*"
     built_in = [f"{name}{colon}{options}" for name in names() if fnmatchcase(name, pattern)]
-    return built_in or _paths_matching(text, excluded)
+    return built_in or _paths_matching(spec, excluded)
 
 
-def _paths_matching(text: str, excluded: Collection[str]) -> list[str]:
-    """Return the paths of recorded data that a text selects; see `matching`."""
+def _paths_matching(spec: str, excluded: Collection[str]) -> list[str]:
+    """Return the paths of recorded data that a specification selects; see `matching`."""
     from trackmark.datasets import readers
 
-    path, chosen = _split_path(text)
-    is_pattern = any(sign in text for sign in "*?") and not path.exists()
+    path, options = _split_path(spec)
+    is_pattern = any(sign in spec for sign in "*?") and not path.exists()
     # For a name that is too long, Path.glob raises an error, but glob.glob returns no match.
     matches = [Path(name) for name in glob(str(path))] if is_pattern else [path]  # noqa: PTH207
     if is_pattern:
@@ -210,18 +210,18 @@ def _paths_matching(text: str, excluded: Collection[str]) -> list[str]:
         n = len(errors) + len(paths)
         errors |= _errors_of(paths)
         raise UnusableSequencesError(errors, n)
-    if paths and not chosen:
+    if paths and not options:
         return paths
     if not is_pattern:
-        return [text]  # `load` raises an error with the reason
+        return [spec]  # `load` raises an error with the reason
     if paths:
         raise SequenceError(
-            f"{quote(text)}: a pattern of paths takes no options. Name each sequence with its "
+            f"{quote(spec)}: a pattern of paths takes no options. Name each sequence with its "
             "options."
         )
-    similar = ", ".join(get_close_matches(text, names(), n=3, cutoff=0.5)) or "none"
+    similar = ", ".join(get_close_matches(spec, names(), n=3, cutoff=0.5)) or "none"
     raise SequenceError(
-        f"{quote(text)} matches no sequence, and no file or folder that a reader recognises. "
+        f"{quote(spec)} matches no sequence, and no file or folder that a reader recognises. "
         f"Similar built-in names: {similar} (`trackmark list sequences` lists all)."
     )
 
@@ -236,7 +236,7 @@ def _collected(errors: dict[str, str], paths: list[str], name: str = "") -> Iter
         yield
     except UnusableSequencesError as error:
         errors |= error.errors
-        paths += error.others
+        paths += error.usable
     except SequenceError as error:
         if not name:
             raise
@@ -277,81 +277,81 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     >>> load("samples/bow-tie")
     <Sequence samples/bow-tie: 120 frames>
     """
-    text = str(name_or_path)
-    bare, filters = _split_filters(text)
+    spec = str(name_or_path)
+    bare, filters = _split_filters(spec)
     if filters:
         from trackmark.datasets.filters import filtered  # imported here, because it loads OpenCV
 
         return filtered(load(type(name_or_path)(bare), truth), filters)
-    name = text.partition(":")[0]
+    name = spec.partition(":")[0]
     suite = _find_suite(name) if isinstance(name_or_path, str) else None
     if suite is not None:
         if truth is not None:
             raise SequenceError(
                 f"{name}: built-in sequences have their own ground truth. Omit {truth}."
             )
-        return suite.load(name, _options_in(text))
+        return suite.load(name, _options_in(spec))
     from trackmark.datasets import readers  # imported here, because it loads decoders
 
-    path, chosen = _split_path(text)
+    path, options = _split_path(spec)
     if not path.exists() and not readers.reads(path):
-        raise _unknown_sequence(text, Path(text).expanduser())
+        raise _unknown_sequence(spec, Path(spec).expanduser())
     truth_file = None if truth is None else _checked_path(str(truth))
     if truth_file is not None and not truth_file.is_file():
         raise SequenceError(f"{truth_file}: this ground-truth file does not exist.")
-    return readers.read(path, truth_file, chosen)
+    return readers.read(path, truth_file, options)
 
 
-def _options_in(text: str) -> dict[str, str]:
-    """Return the options in the text of a built-in sequence."""
+def _options_in(spec: str) -> dict[str, str]:
+    """Return the options in the specification of a built-in sequence."""
     try:
-        return parse_text(text)[1]
+        return parse_text(spec)[1]
     except ValueError as error:
         raise SequenceError(f"sequence {error}") from None
 
 
-def _split_filters(text: str) -> tuple[str, dict[str, float]]:
-    """Split a text into sequence and filters; the text of an existing path has no filters."""
-    if ":filter." not in text or _checked_path(text).exists():
-        return text, {}
+def _split_filters(spec: str) -> tuple[str, dict[str, float]]:
+    """Split a specification into sequence and filters; an existing path has no filters."""
+    if ":filter." not in spec or _checked_path(spec).exists():
+        return spec, {}
     from trackmark.datasets.filters import split_filters
 
-    return split_filters(text)
+    return split_filters(spec)
 
 
-def _split_path(text: str) -> tuple[Path, dict[str, str]]:
-    """Split a text into path and options of recorded data; a path can contain colons."""
-    path = _checked_path(text)
+def _split_path(spec: str) -> tuple[Path, dict[str, str]]:
+    """Split a specification into path and options of recorded data; a path can contain colons."""
+    path = _checked_path(spec)
     if path.exists() or ":" not in path.name:
         return path, {}
     try:
-        name, chosen = parse_text(path.name)
+        name, options = parse_text(path.name)
     except ValueError:  # the colon is a part of the name
         return path, {}
-    return path.parent / name, chosen
+    return path.parent / name, options
 
 
-def _checked_path(text: str) -> Path:
-    """Convert a text to a path, and check that its name is valid."""
+def _checked_path(spec: str) -> Path:
+    """Convert a specification to a path, and check that its name is valid."""
     try:
-        path = Path(text).expanduser()
+        path = Path(spec).expanduser()
         check_name(path.absolute())
         path.resolve()
         path.exists()
     except RuntimeError as error:  # unknown home folder, or a loop of links
-        raise SequenceError(f"{quote(text)}: {error}") from None
+        raise SequenceError(f"{quote(spec)}: {error}") from None
     except OSError as error:
-        raise SequenceError(f"{quote(text)}: cannot be read ({error.strerror}).") from None
+        raise SequenceError(f"{quote(spec)}: cannot be read ({error.strerror}).") from None
     return path
 
 
-def _unknown_sequence(text: str, path: Path) -> SequenceError:
+def _unknown_sequence(spec: str, path: Path) -> SequenceError:
     """Return the error for an unknown name or path, with the closest match."""
     siblings = path.parent.iterdir() if path.parent.is_dir() else ()
     candidates = [*names(), *map(str, siblings)]
-    hint = close_match(text.partition(":")[0], candidates)
+    hint = close_match(spec.partition(":")[0], candidates)
     return SequenceError(
-        f"unknown sequence {quote(text)}.{hint} It is not a built-in name (`trackmark list` shows "
+        f"unknown sequence {quote(spec)}.{hint} It is not a built-in name (`trackmark list` shows "
         f"them), and there is no file or folder {quote(str(path.absolute()))}."
     )
 

@@ -58,9 +58,9 @@ def file_digests(files: abc.Sequence[Path]) -> list[str]:
         try:
             status = path.stat()
             stamp = (status.st_size, status.st_mtime_ns)
-            entry = cached.get(str(path))
-            if entry is not None and entry[:2] == stamp:
-                digest = entry[2]
+            cached_file = cached.get(str(path))
+            if cached_file is not None and cached_file[:2] == stamp:
+                digest = cached_file[2]
             else:
                 with path.open("rb") as file:
                     digest = hashlib.file_digest(file, "sha256").hexdigest()
@@ -82,8 +82,8 @@ def _read_cache(cache: Path) -> _Entries:
         return {}
 
 
-def _write_cache(cache: Path, entries: _Entries) -> None:
+def _write_cache(cache: Path, digests: _Entries) -> None:
     cache.parent.mkdir(parents=True, exist_ok=True)
     with NamedTemporaryFile(dir=cache.parent, delete=False) as file:
-        file.write(_ENTRIES.dump_json(entries))
+        file.write(_ENTRIES.dump_json(digests))
     Path(file.name).replace(cache)

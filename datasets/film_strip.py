@@ -28,8 +28,8 @@ def film_strip(images: Sequence[NDArray[np.uint8]], boxes: Sequence[Sequence[Arr
         quality = [cv2.IMWRITE_JPEG_QUALITY, 85]
         jpeg = cv2.imencode(".jpg", np.hstack(drawn), quality)[1].tobytes()
         if len(jpeg) <= MAX_BYTES:
-            text = base64.b64encode(jpeg).decode()
-            return f'<img alt="frames with boxes" src="data:image/jpeg;base64,{text}">'
+            encoded = base64.b64encode(jpeg).decode()
+            return f'<img alt="frames with boxes" src="data:image/jpeg;base64,{encoded}">'
         scale *= 0.8
 
 

@@ -137,16 +137,16 @@ def read_image_file(file: Path) -> bytes:
     return file.read_bytes()
 
 
-def image_size(data: bytes) -> tuple[int, int] | None:
+def image_size(encoded: bytes) -> tuple[int, int] | None:
     """Return the stored width and height from the header, or None if it is not readable."""
-    data = _without_orientation(data)
+    encoded = _without_orientation(encoded)
     try:
-        if data.startswith(_JPEG_START):
-            height, width, *_ = simplejpeg.decode_jpeg_header(data)
+        if encoded.startswith(_JPEG_START):
+            height, width, *_ = simplejpeg.decode_jpeg_header(encoded)
             return width, height
         for start, plugin in _HEADERS.items():
-            if data.startswith(start):
-                return plugin(BytesIO(data)).size
+            if encoded.startswith(start):
+                return plugin(BytesIO(encoded)).size
     except PROGRAMMING_ERRORS:
         raise
     # Pillow raises exceptions of many types for a damaged header; the caller names the file.
@@ -155,7 +155,7 @@ def image_size(data: bytes) -> tuple[int, int] | None:
     return None
 
 
-def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
+def decode_image(encoded: bytes, max_pixels: int | None = None) -> Image:
     """Decode an image file's bytes to 8-bit BGR.
 
     Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
@@ -166,17 +166,17 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     Raises `ValueError` for data that are damaged, truncated or not an image, and for an image that
     is too large. Raises `MemoryError` if decoding needs more memory than is available.
     """
-    size = image_size(data)
+    size = image_size(encoded)
     if size is None:
         # Formats that only OpenCV reads are refused: decoding a file of 50 bytes can take a minute
         # and gigabytes of memory.
         raise ValueError("not an image in the format JPEG, PNG, BMP, PPM or TIFF, or damaged")
     check_pixels(*size, max_pixels)
-    _check_memory(data, size, pixel_limit(max_pixels))
-    if data.startswith(_JPEG_START):
-        return np.asarray(simplejpeg.decode_jpeg(data, "BGR"), dtype=np.uint8)
+    _check_memory(encoded, size, pixel_limit(max_pixels))
+    if encoded.startswith(_JPEG_START):
+        return np.asarray(simplejpeg.decode_jpeg(encoded, "BGR"), dtype=np.uint8)
     try:
-        image = cv2.imdecode(np.frombuffer(_without_orientation(data), np.uint8), _COLOUR)
+        image = cv2.imdecode(np.frombuffer(_without_orientation(encoded), np.uint8), _COLOUR)
     except cv2.error as error:
         if error.code == cv2.Error.StsNoMem:
             raise MemoryError from None
@@ -186,42 +186,44 @@ def decode_image(data: bytes, max_pixels: int | None = None) -> Image:
     return np.asarray(image, dtype=np.uint8)
 
 
-def _without_orientation(data: bytes) -> bytes:
+def _without_orientation(encoded: bytes) -> bytes:
     """Return TIFF data with the orientation 1 (as stored), and other data unchanged."""
-    if not data.startswith(_TIFF_STARTS):
-        return data
-    order: Literal["little", "big"] = "little" if data.startswith(b"II") else "big"
+    if not encoded.startswith(_TIFF_STARTS):
+        return encoded
+    order: Literal["little", "big"] = "little" if encoded.startswith(b"II") else "big"
 
-    def number(start: int, size: int) -> int:
-        return int.from_bytes(data[start : start + size], order)
+    def integer(start: int, size: int) -> int:
+        return int.from_bytes(encoded[start : start + size], order)
 
     # sizes of an offset, of the number of entries and of an entry; position of the first offset
     # [bytes]
-    word, count, length, start = (8, 8, 20, 8) if number(2, 2) == _BIG_TIFF else (4, 2, 12, 4)
-    directory = number(start, word)
+    word, count, length, start = (8, 8, 20, 8) if integer(2, 2) == _BIG_TIFF else (4, 2, 12, 4)
+    directory = integer(start, word)
     first = directory + count
-    last = min(first + length * number(directory, count), len(data) - length + 1)
-    for entry in range(first, last, length):
-        if number(entry, 2) == _ORIENTATION:
+    last = min(first + length * integer(directory, count), len(encoded) - length + 1)
+    for position in range(first, last, length):
+        if integer(position, 2) == _ORIENTATION:
             as_stored = (_ORIENTATION, 2), (_SHORT, 2), (1, word), (1, 2), (0, word - 2)
             values = b"".join(value.to_bytes(size, order) for value, size in as_stored)
-            return data[:entry] + values + data[entry + length :]
-    return data
+            return encoded[:position] + values + encoded[position + length :]
+    return encoded
 
 
-def _check_memory(data: bytes, size: tuple[int, int], max_pixels: int) -> None:
+def _check_memory(encoded: bytes, size: tuple[int, int], max_pixels: int) -> None:
     """Check that a decoder does not allocate more memory for data than the pixel limit implies.
 
     Raises `ValueError` for too many bytes per pixel, and for a PNG chunk whose stated length
     exceeds the file, because OpenCV allocates memory of the stated length.
     """
-    depth = _TIFF_BYTES_PER_PIXEL if data.startswith(_TIFF_STARTS) else 3
-    if data.startswith(_PNG_START):
-        depth = data[24] * {2: 3, 4: 2, 6: 4}.get(data[25], 1) // 8  # bits per sample, colour type
+    depth = _TIFF_BYTES_PER_PIXEL if encoded.startswith(_TIFF_STARTS) else 3
+    if encoded.startswith(_PNG_START):
+        depth = (
+            encoded[24] * {2: 3, 4: 2, 6: 4}.get(encoded[25], 1) // 8
+        )  # bits per sample, colour type
         offset = 8
-        while offset < len(data) and data[offset + 4 : offset + 8] != b"IEND":
-            offset += int.from_bytes(data[offset : offset + 4], "big") + 12
-        if offset > len(data):
+        while offset < len(encoded) and encoded[offset + 4 : offset + 8] != b"IEND":
+            offset += int.from_bytes(encoded[offset : offset + 4], "big") + 12
+        if offset > len(encoded):
             raise ValueError("a chunk is longer than the file: it is damaged or truncated")
     if size[0] * size[1] * depth > _MAX_BYTES_PER_PIXEL * max_pixels:
         raise ValueError(
@@ -261,25 +263,27 @@ def numbered_images(folder: Path, *firsts: int, prefix: str = "") -> list[Path]:
         raise SequenceError(f"{folder}: there are no images.")
     check_frame_numbers(images)
     digits = [file.stem.removeprefix(prefix) for file in images]
-    for file, text in zip(images, digits, strict=True):
-        if not (file.stem.startswith(prefix) and text.isdecimal()):
+    for file, digits_of_name in zip(images, digits, strict=True):
+        if not (file.stem.startswith(prefix) and digits_of_name.isdecimal()):
             raise SequenceError(
                 f"{file}: the name is not a number. Expected: {prefix}00000.jpg, "
                 f"{prefix}00001.jpg, …"
             )
-    number, width = int(digits[0]), len(digits[0])
-    if firsts and number not in firsts:
-        first = min(firsts, key=lambda first: abs(first - number))
+    first_number, width = int(digits[0]), len(digits[0])
+    if firsts and first_number not in firsts:
+        first = min(firsts, key=lambda first: abs(first - first_number))
         missing = images[0].with_stem(f"{prefix}{first:0{width}}")
         problem = (
             f"{missing}: this image is missing; the first one is {images[0].name}. Add the file"
         )
-        if number < first:
+        if first_number < first:
             problem = f"{images[0]}: the first image must be {missing.name}. Remove the file"
         raise SequenceError(f"{problem}, or number all images from {first}.")
-    for (before, text), (after, next_text) in pairwise(zip(images, digits, strict=True)):
-        if int(next_text) != int(text) + 1:
-            missing = before.with_stem(f"{prefix}{int(text) + 1:0{len(text)}}")
+    for (before, digits_of_name), (after, digits_of_next) in pairwise(
+        zip(images, digits, strict=True)
+    ):
+        if int(digits_of_next) != int(digits_of_name) + 1:
+            missing = before.with_stem(f"{prefix}{int(digits_of_name) + 1:0{len(digits_of_name)}}")
             raise SequenceError(
                 f"{missing}: this image is missing between {before.name} and {after.name}. Add "
                 "the file, or remove the images on one side of the gap."

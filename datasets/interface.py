@@ -43,14 +43,14 @@ class UnusableSequencesError(SequenceError):
         Messages by the name or path of the sequence.
     n_sequences : int
         Number of all sequences of the command.
-    others : collection of str
+    usable : collection of str
         Paths of the sequences that were found without an error, if they are not opened yet.
     """
 
     def __init__(
-        self, errors: Mapping[str, str], n_sequences: int, others: Collection[str] = ()
+        self, errors: Mapping[str, str], n_sequences: int, usable: Collection[str] = ()
     ) -> None:
-        self.errors, self.n_sequences, self.others = errors, n_sequences, others
+        self.errors, self.n_sequences, self.usable = errors, n_sequences, usable
         lines = list(errors.values())
         if len(errors) > 1:
             lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
@@ -61,7 +61,7 @@ class UnusableSequencesError(SequenceError):
         super().__init__("\n".join(lines))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.errors, self.n_sequences, self.others)
+        return type(self), (self.errors, self.n_sequences, self.usable)
 
 
 @dataclass(frozen=True)
@@ -223,6 +223,7 @@ class Sequence:
         self._masks, self.shapes = masks, shapes
         self.known_size = image_size
         self._fingerprint = fingerprint
+        self._is_runnable = False  # True after a successful `check_runnable`
 
         n_images = len(frames)
         if n_images == 0:
@@ -315,8 +316,8 @@ class Sequence:
         frame = self.first_frame if present else 0
         height, width = self[frame].shape[:2]
         picture = film_strip([self[frame]], [[self.boxes[frame]]])
-        text = f"{self.name}: {len(self)} frames of {width} × {height} px{rate}"
-        return f"<p>{escape(text)}</p>{picture}"
+        caption = f"{self.name}: {len(self)} frames of {width} × {height} px{rate}"
+        return f"<p>{escape(caption)}</p>{picture}"
 
     @property
     def fingerprint(self) -> str:
@@ -365,12 +366,12 @@ class Sequence:
                     "most boxes lie outside the images. Check that the ground truth is in pixels "
                     "of images of this size."
                 )
-        if others := self.origin.other_targets:
-            n = len(others)
+        if other_targets := self.origin.other_targets:
+            n = len(other_targets)
             subject = "1 other target is" if n == 1 else f"{n} other targets are"
             remarks.append(
-                f"{subject} not used, for example {others[0]}. A folder or a pattern selects all "
-                "targets of a recording."
+                f"{subject} not used, for example {other_targets[0]}. A folder or a pattern "
+                "selects all targets of a recording."
             )
         if self.origin.unread_files:
             files = ", ".join(self.origin.unread_files)
@@ -421,6 +422,8 @@ class Sequence:
             If there is no ground truth, if its rows cannot be boxes in pixels, or if the init box
             has no size or lies completely outside its image.
         """
+        if self._is_runnable:
+            return
         frame = self.first_frame
         x, y, width, height = self.boxes[frame].tolist()
         image_width, image_height = self.image_size
@@ -431,6 +434,7 @@ class Sequence:
         elif lies_outside(self.boxes[frame], (image_width, image_height)):
             problem = f"lies outside the image ({image_width}x{image_height})"
         else:
+            self._is_runnable = True
             return
         raise SequenceError(
             f"{self.truth_source}: the first box, of {self.frame_name(frame)}, {problem}: "
@@ -521,14 +525,14 @@ def group_remarks(sequences: Iterable[WithRemarks]) -> list[str]:
 
     Of remarks that differ only in their numbers, the first one is returned, with their number.
     """
-    by_kind: dict[str, list[str]] = {}
+    by_pattern: dict[str, list[str]] = {}
     for sequence in sequences:
         for remark in sequence.remarks:
-            kind = re.sub(r"\d+", "", remark)
-            by_kind.setdefault(kind, []).append(f"{sequence.name}: {remark}")
+            pattern = re.sub(r"\d+", "", remark)
+            by_pattern.setdefault(pattern, []).append(f"{sequence.name}: {remark}")
     return [
-        first + (f" {len(others)} more sequences like this." if others else "")
-        for first, *others in by_kind.values()
+        first + (f" {len(similar)} more sequences like this." if similar else "")
+        for first, *similar in by_pattern.values()
     ]
 
 

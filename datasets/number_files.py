@@ -29,14 +29,14 @@ def words(line: str) -> list[str]:
     return _SEPARATOR.split(line.strip()) if line.strip() else []
 
 
-def check_form(line: str, number: int, path: Path) -> None:
-    """Check that a line has one separator and no decimal commas; `number` counts from 1.
+def check_form(line: str, line_number: int, path: Path) -> None:
+    """Check that a line has one separator and no decimal commas; `line_number` counts from 1.
 
     Raises `SequenceError` naming file and line.
     """
     if problem := form_problem(line):
         raise SequenceError(
-            f"{path}: line {number}: {quote(line.strip())} {problem}. Expected: one separator "
+            f"{path}: line {line_number}: {quote(line.strip())} {problem}. Expected: one separator "
             "between all numbers, and decimal points. Write 12.5 instead of 12,5."
         )
 
@@ -107,13 +107,13 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     Raises `SequenceError` naming file and line.
     """
     rows: list[list[float]] = []
-    for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
-        check_line(line, number, path)
-        check_form(line, number, path)
+    for line_number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
+        check_line(line, line_number, path)
+        check_form(line, line_number, path)
         row = numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
-                f"{path}: line {number}: {quote(line.strip())} is not {row_name}. Expected: "
+                f"{path}: line {line_number}: {quote(line.strip())} is not {row_name}. Expected: "
                 f"{expected}."
             )
         rows.append(row)
@@ -122,40 +122,40 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     return np.array(rows)
 
 
-def check_line(line: str, number: int, path: Path) -> None:
-    """Check that a line is not empty; `number` counts from 1.
+def check_line(line: str, line_number: int, path: Path) -> None:
+    """Check that a line is not empty; `line_number` counts from 1.
 
     Raises `SequenceError` naming file and line.
     """
     if not line.strip():
         raise SequenceError(
-            f"{path}: line {number} is empty. Expected: one row per frame. Add the row of this "
-            "frame, or remove the line if no row is missing."
+            f"{path}: line {line_number} is empty. Expected: one row per frame. Add the row of "
+            "this frame, or remove the line if no row is missing."
         )
 
 
-def check_row_count(rows: int, images: abc.Sequence[Path], path: Path) -> None:
+def check_row_count(n_rows: int, images: abc.Sequence[Path], path: Path) -> None:
     """Check that a file has a row for every image, because a missing row could be an inner row.
 
     A file with one row is valid: in test sets, only the first box is public.
 
     Raises `SequenceError` naming file and counts.
     """
-    if 1 < rows < len(images):
+    if 1 < n_rows < len(images):
         raise SequenceError(
-            f"{path}: {rows} rows for {len(images)} images: a missing row would shift the ground "
+            f"{path}: {n_rows} rows for {len(images)} images: a missing row would shift the ground "
             "truth of all later frames. Expected: one row per image. Add the missing row; if only "
-            f"the last images have no annotation, move the images after {images[rows - 1].name} "
+            f"the last images have no annotation, move the images after {images[n_rows - 1].name} "
             "to another folder."
         )
 
 
-def frames_with_values(rows: int, images: abc.Sequence[Path]) -> int:
+def frames_with_values(n_rows: int, images: abc.Sequence[Path]) -> int:
     """Return the number of frames with flags or labels, for a number of ground-truth rows.
 
     If only the first box is public, flags and labels may still exist for all images.
     """
-    return len(images) if rows == 1 else rows
+    return len(images) if n_rows == 1 else n_rows
 
 
 def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bool = True) -> Array:
@@ -204,18 +204,21 @@ def read_integers(
     Raises `SequenceError` naming the line of an invalid value, or the file if the count is wrong.
     """
     values: list[int] = []
-    for number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
+    for line_number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         if padded:
-            check_line(line, number, path)
-        check_form(line, number, path)
+            check_line(line, line_number, path)
+        check_form(line, line_number, path)
         for word, value in zip(words(line), numbers(line), strict=False):
             if value not in range(maximum + 1):
                 raise SequenceError(
-                    f"{path}: line {number}: {quote(word)} is not an integer from 0 to {maximum}."
+                    f"{path}: line {line_number}: {quote(word)} is not an integer from 0 to "
+                    f"{maximum}."
                 )
             values.append(int(value))
         if line.strip() and not numbers(line):
-            raise SequenceError(f"{path}: line {number}: {quote(line.strip())} is not a number.")
+            raise SequenceError(
+                f"{path}: line {line_number}: {quote(line.strip())} is not a number."
+            )
     if padded:
         values = (values + [0] * n)[:n]
     if len(values) != n:
@@ -237,10 +240,10 @@ def read_fields(path: Path) -> dict[str, str]:
 
     Raises `SequenceError` for a file with NUL characters: fields contain file names.
     """
-    text = read_text(path)
-    if "\0" in text:
+    content = read_text(path)
+    if "\0" in content:
         raise SequenceError(f"{path}: not a text file. Download the file again.")
-    matches = (_FIELD.fullmatch(line.strip()) for line in text.splitlines())
+    matches = (_FIELD.fullmatch(line.strip()) for line in content.splitlines())
     return {match[1]: match[2] for match in matches if match}
 
 

@@ -65,13 +65,13 @@ class Coverage:
     def __str__(self) -> str:
         """Return the comparison in one line."""
         name, size = self.official.name, self.official.size
-        text = f"complete, {size}" if self.size == size else f"{self.size} of {size}"
-        text = f"{name}: {text} sequences"
+        comparison = f"complete, {size}" if self.size == size else f"{self.size} of {size}"
+        comparison = f"{name}: {comparison} sequences"
         for word, names in (("missing", self.missing), ("unknown", self.unknown)):
             n_more = len(names) - _MAX_LISTED
             more = f" and {n_more} more" if n_more > 0 else ""
-            text += f", {word}: {', '.join(names[:_MAX_LISTED])}{more}" if names else ""
-        return text
+            comparison += f", {word}: {', '.join(names[:_MAX_LISTED])}{more}" if names else ""
+        return comparison
 
 
 def compare(reader: str, names: Iterable[str]) -> list[Coverage]:

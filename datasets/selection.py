@@ -22,8 +22,8 @@ def select_sequences(items: Iterable[str]) -> list[str]:
     Parameters
     ----------
     items : iterable of str
-        Texts for `matching`. A text after `!` is a name, path or pattern of sequences that are
-        left out, also of sequences that are incomplete.
+        Specifications for `matching`. A specification after `!` is a name, path or pattern of
+        sequences that are left out, also of sequences that are incomplete.
 
     Returns
     -------
@@ -43,16 +43,16 @@ def select_sequences(items: Iterable[str]) -> list[str]:
     items = list(items)
     excluded = [item.removeprefix(EXCLUDES) for item in items if item.startswith(EXCLUDES)]
     selecting = [item for item in items if not item.startswith(EXCLUDES)]
-    texts = [text for item in selecting for text in matching(item, excluded)]
+    specs = [spec for item in selecting for spec in matching(item, excluded)]
     if not excluded:
-        return list(dict.fromkeys(texts))
-    names = {text: _names(text) for text in texts}
+        return list(dict.fromkeys(specs))
+    names = {spec: _names(spec) for spec in specs}
     for pattern in excluded:
-        if not any(_matches(pattern, names[text]) for text in names):
+        if not any(_matches(pattern, names[spec]) for spec in names):
             # Names inside the data, such as Jogging.1, need the sequence.
-            names = {text: spellings | _canonical_name(text) for text, spellings in names.items()}
+            names = {spec: spellings | _canonical_name(spec) for spec, spellings in names.items()}
         _check_pattern(pattern, selecting, names)
-    selected = [text for text, spellings in names.items() if not _excluded(excluded, spellings)]
+    selected = [spec for spec, spellings in names.items() if not _excluded(excluded, spellings)]
     if not selected:
         raise SequenceError(
             f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
@@ -69,16 +69,16 @@ def _matches(pattern: str, names: Iterable[str]) -> bool:
     return any(name == pattern or fnmatchcase(name, whole) for name in names)
 
 
-def _names(text: str) -> set[str]:
-    """Return the names of a sequence in its text: whole, without folders, and without options."""
-    last = text.rstrip("/").rpartition("/")[2]
-    return {text, last, text.partition(":")[0], last.partition(":")[0]}
+def _names(spec: str) -> set[str]:
+    """Return the specification of a sequence, also without its folders and without its options."""
+    last = spec.rstrip("/").rpartition("/")[2]
+    return {spec, last, spec.partition(":")[0], last.partition(":")[0]}
 
 
-def _canonical_name(text: str) -> set[str]:
+def _canonical_name(spec: str) -> set[str]:
     """Return the name of a sequence; none if it cannot be opened."""
     with suppress(SequenceError):
-        return {load(text).name}
+        return {load(spec).name}
     return set()
 
 
@@ -87,11 +87,11 @@ def _check_pattern(pattern: str, selecting: Iterable[str], names: dict[str, set[
     if any(_matches(pattern, spellings) for spellings in names.values()):
         return
     try:
-        everything = {text for item in selecting for text in matching(item)}
+        everything = {spec for item in selecting for spec in matching(item)}
     except SequenceError:  # the pattern can exclude a sequence that is incomplete
         return
-    if not any(_matches(pattern, _names(text)) for text in everything):
-        valid = sorted({name for text in everything for name in _names(text)})
+    if not any(_matches(pattern, _names(spec)) for spec in everything):
+        valid = sorted({name for spec in everything for name in _names(spec)})
         raise SequenceError(
             f"{quote(EXCLUDES + pattern)} excludes no sequence.{close_match(pattern, valid)}"
         )

@@ -143,11 +143,11 @@ def _follow_imports(
                 continue
             name, source = module
             pending.append(source)
-            content = _parse(source.read_bytes(), str(source)).digest
-            lines.append(f"{imported.bound} {content} {dotted.removeprefix(name)}")
+            digest = _parse(source.read_bytes(), str(source)).digest
+            lines.append(f"{imported.bound} {digest} {dotted.removeprefix(name)}")
         contents[path] = "\n".join([parsed.digest, *sorted(lines)])
-    text = "\n\n".join(sorted(contents.values()))
-    return hashlib.sha256(text.encode()).hexdigest()[:16], libraries
+    joined = "\n\n".join(sorted(contents.values()))
+    return hashlib.sha256(joined.encode()).hexdigest()[:16], libraries
 
 
 @cache
@@ -182,35 +182,35 @@ def _first_folders(distribution: metadata.Distribution) -> set[str]:
 @cache
 def _dotted_package(file: Path) -> str:
     """Return the dotted name of a file's package, without `trackmark.`; it can be empty."""
-    parts: list[str] = []
+    names: list[str] = []
     folder = file.parent
     while (folder / "__init__.py").is_file() and folder.name != "trackmark":
-        parts.insert(0, folder.name)
+        names.insert(0, folder.name)
         folder = folder.parent
-    return ".".join(parts)
+    return ".".join(names)
 
 
 @cache
-def _parse(content: bytes, filename: str) -> _Parsed:
+def _parse(source: bytes, filename: str) -> _Parsed:
     imports: list[_Import] = []
-    text: list[str] = []
-    _dump(ast.parse(content, filename=filename), text, imports)
-    digest = hashlib.sha256("".join(text).encode()).hexdigest()
+    dumped: list[str] = []
+    _dump(ast.parse(source, filename=filename), dumped, imports)
+    digest = hashlib.sha256("".join(dumped).encode()).hexdigest()
     return _Parsed(digest, tuple(dict.fromkeys(imports)))
 
 
-def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
+def _dump(value: Any, dumped: list[str], imports: list[_Import]) -> None:
     """Append the text of a syntax tree, without fields that depend on Python's version."""
     if not isinstance(value, ast.AST):
-        text.append(repr(value))
+        dumped.append(repr(value))
         return
-    text.append(type(value).__name__ + "(")
+    dumped.append(type(value).__name__ + "(")
     for field, child in ast.iter_fields(value):
         if field in ("ctx", "kind", "type_ignores") or child is None or child == []:
             continue
-        text.append(field + "=")
+        dumped.append(field + "=")
         if not isinstance(child, list):
-            _dump(child, text, imports)
+            _dump(child, dumped, imports)
             continue
         for position, item in enumerate(child):
             if isinstance(item, ast.Import | ast.ImportFrom):
@@ -223,9 +223,9 @@ def _dump(value: Any, text: list[str], imports: list[_Import]) -> None:
                 # Python 3.12 ends a nested format with an empty text, other versions do not.
                 if isinstance(value, ast.JoinedStr) and getattr(item, "value", None) == "":
                     continue
-                _dump(item, text, imports)
-                text.append(",")
-    text.append(")")
+                _dump(item, dumped, imports)
+                dumped.append(",")
+    dumped.append(")")
 
 
 def _is_text_statement(statement: ast.AST) -> bool:
@@ -239,11 +239,11 @@ def _is_text_statement(statement: ast.AST) -> bool:
 
 def _find_module(dotted: str, root: Path) -> tuple[str, Path] | None:
     """Return the module that a dotted name names or belongs to, and the file of the module."""
-    parts = dotted.split(".")
-    while parts:
-        base = root.joinpath(*parts)
+    names = dotted.split(".")
+    while names:
+        base = root.joinpath(*names)
         for candidate in (base.with_suffix(".py"), base / "__init__.py"):
             if candidate.is_file():
-                return ".".join(parts), candidate.resolve()
-        parts.pop()
+                return ".".join(names), candidate.resolve()
+        names.pop()
     return None

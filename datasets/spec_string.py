@@ -29,7 +29,7 @@ def natural_order(name: str) -> tuple[list[str | int], str]:
     return [int(part) if i % 2 else part for i, part in enumerate(parts)], name
 
 
-def parse_text(text: str) -> tuple[str, dict[str, str]]:
+def parse_text(spec: str) -> tuple[str, dict[str, str]]:
     """Split a specification into its name and its options.
 
     Raises `ValueError` for an option without `=`, without a key, or given twice.
@@ -39,14 +39,14 @@ def parse_text(text: str) -> tuple[str, dict[str, str]]:
     >>> parse_text("multipart/1:scene=2:light=even")
     ('multipart/1', {'scene': '2', 'light': 'even'})
     """
-    name, *parts = text.strip().split(":")
+    name, *assignments = spec.strip().split(":")
     options: dict[str, str] = {}
-    for part in parts:
-        key, equals, value = part.partition("=")
+    for assignment in assignments:
+        key, equals, value = assignment.partition("=")
         if not (key and equals):
-            raise ValueError(f"{quote(text)}: {quote(part)} is not key=value.")
+            raise ValueError(f"{quote(spec)}: {quote(assignment)} is not key=value.")
         if key in options:
-            raise ValueError(f"{quote(text)}: {quote(key)} is given twice.")
+            raise ValueError(f"{quote(spec)}: {quote(key)} is given twice.")
         options[key] = value
     return name, options
 

@@ -87,10 +87,10 @@ def read(path: Path) -> GroundTruth:
     """
     header: list[str] = []
     rows: list[_Row] = []
-    for line, text in enumerate(read_text(path).splitlines(), 1):
-        if not text.strip() or text.lstrip().startswith("#"):
+    for line, row_text in enumerate(read_text(path).splitlines(), 1):
+        if not row_text.strip() or row_text.lstrip().startswith("#"):
             continue
-        cells = [cell.strip() for cell in text.split(",")]
+        cells = [cell.strip() for cell in row_text.split(",")]
         try:
             if header:
                 rows.append(_row(header, cells, after=rows[-1].frame if rows else -1))
@@ -125,9 +125,9 @@ def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
     n = len(truth.boxes)
     columns: dict[str, list[str]] = {"frame": [str(frame) for frame in range(n)]}
     for name, values in zip(COLUMNS[1:], truth.boxes.T, strict=True):
-        columns[name] = [_text(value) for value in values.tolist()]
+        columns[name] = [_number_text(value) for value in values.tolist()]
     if truth.visibility is not None:
-        columns["visibility"] = [_text(value) for value in truth.visibility.tolist()]
+        columns["visibility"] = [_number_text(value) for value in truth.visibility.tolist()]
     if truth.sources is not None:
         columns["source"] = list(truth.sources)
     # Comments contain file names, which can contain line ends or bytes that are not UTF-8.
@@ -172,14 +172,14 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     if len(cells) != len(header):
         raise ValueError(f"{len(cells)} values for the {len(header)} columns {','.join(header)}")
     values: Mapping[str, str] = dict(zip(header, cells, strict=True))
-    number = values["frame"]
-    if not (number.isdecimal() and len(number) < 20 and int(number) < MAX_FRAMES):
-        raise ValueError(f"{quote(number)} is not a frame number. Frames count from 0")
-    frame = int(number)
+    frame_text = values["frame"]
+    if not (frame_text.isdecimal() and len(frame_text) < 20 and int(frame_text) < MAX_FRAMES):
+        raise ValueError(f"{quote(frame_text)} is not a frame number. Frames count from 0")
+    frame = int(frame_text)
     if frame <= after:
         raise ValueError(f"frame {frame} follows frame {after}. Expected: increasing numbers")
-    texts = [values[column] for column in COLUMNS[1:]]
-    box = [_number(text) for text in texts] if any(texts) else [nan] * 4
+    values_of_box = [values[column] for column in COLUMNS[1:]]
+    box = [_number(value) for value in values_of_box] if any(values_of_box) else [nan] * 4
     if box[2] <= 0.0 or box[3] <= 0.0:
         raise ValueError(f"the box of frame {frame} has no size. An absent target has an empty box")
     visibility = _number(values["visibility"]) if values.get("visibility") else nan
@@ -193,15 +193,15 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     return _Row(frame, box, visibility, source)
 
 
-def _number(text: str) -> float:
+def _number(value: str) -> float:
     try:
-        number = float(text) if "_" not in text else nan  # `float` would accept 1_0 as ten
+        number = float(value) if "_" not in value else nan  # `float` would accept 1_0 as ten
     except ValueError:
         number = nan
     if not isfinite(number):
-        raise ValueError(f"{quote(text)} is not a number")
+        raise ValueError(f"{quote(value)} is not a number")
     return number
 
 
-def _text(value: float) -> str:
+def _number_text(value: float) -> str:
     return "" if value != value else repr(value).removesuffix(".0")

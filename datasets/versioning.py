@@ -55,15 +55,15 @@ def read_versions(file: Path) -> dict[str, VersionEntry]:
     return dict(_parse(file.read_bytes())) if file.is_file() else {}
 
 
-def write_versions(file: Path, entries: Mapping[str, VersionEntry]) -> None:
+def write_versions(file: Path, versions: Mapping[str, VersionEntry]) -> None:
     """Write a `golden.json`."""
     content = {
-        name: {key: value for key, value in asdict(entry).items() if value}
-        for name, entry in sorted(entries.items())
+        name: {key: value for key, value in asdict(version).items() if value}
+        for name, version in sorted(versions.items())
     }
     file.write_text(json.dumps(content, indent=1) + "\n")
 
 
 @cache
-def _parse(content: bytes) -> dict[str, VersionEntry]:
-    return {name: VersionEntry(**fields) for name, fields in json.loads(content).items()}
+def _parse(encoded: bytes) -> dict[str, VersionEntry]:
+    return {name: VersionEntry(**fields) for name, fields in json.loads(encoded).items()}

@@ -48,7 +48,7 @@ class Chart:
     y: str
     lines: Sequence[Line]
     description: str
-    kind: str = "line"  # or `step`, or `dots` for single points
+    style: str = "line"  # or `step`, or `dots` for single points
     logarithmic: bool = False  # True if the abscissa is logarithmic: a time [ms]
     top: float | None = None  # upper limit of the ordinate
     figure: str = ""  # name of its file without suffix

@@ -31,14 +31,14 @@ def bare_figure(title: str, height: float) -> Figure:
 
 
 def new_figure(
-    title: str, height: float, rows: int = 1, heights: Sequence[float] | None = None
+    title: str, height: float, n_rows: int = 1, heights: Sequence[float] | None = None
 ) -> tuple[Figure, list[Axes]]:
     """Return a `bare_figure` with axes below each other that share their abscissa.
 
     `heights`: relative heights of the axes; equal by default.
     """
     figure = bare_figure(title, height)
-    all_axes = [*figure.subplots(rows, sharex=True, squeeze=False, height_ratios=heights).ravel()]
+    all_axes = [*figure.subplots(n_rows, sharex=True, squeeze=False, height_ratios=heights).ravel()]
     for axes in all_axes:
         axes.grid(alpha=0.3)
         axes.spines[["top", "right"]].set_visible(False)
@@ -123,10 +123,10 @@ def fold(text: str, width: int) -> str:
         sign if ord(sign) in _font_characters() or sign.isspace() else f"\\u{ord(sign):04x}"
         for sign in printable(text)
     )
-    for piece in re.split(r"(?<=[:/ ])", drawable.replace("$", r"\$")):
-        if lines[-1] and len(lines[-1]) + len(piece.rstrip()) > width:
+    for word in re.split(r"(?<=[:/ ])", drawable.replace("$", r"\$")):
+        if lines[-1] and len(lines[-1]) + len(word.rstrip()) > width:
             lines.append("")
-        lines[-1] += piece
+        lines[-1] += word
     return "\n".join(line.rstrip() for line in lines)
 
 

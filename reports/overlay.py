@@ -15,7 +15,7 @@ from trackmark.reports.palette import TRUTH_COLOUR, colours, to_bgr
 Shape: TypeAlias = Literal["box", "ellipse", "contour"]
 """Drawn shape: the edges of a box, the ellipse inscribed in a box, or a polygon."""
 
-TRUTH = "truth"
+TRUTH = "ground truth"
 """Label of the ground truth, which is drawn as white dashes on a thin black line."""
 
 BACKGROUND = 16  # grey level around images
@@ -37,7 +37,7 @@ def overlay(
     boxes: Mapping[str, NDArray[np.float64]],
     colours: Mapping[str, str],
     scale: float = 1.0,
-    words: str = "",
+    caption: str = "",
     shape: Shape = "box",
     lines: Mapping[str, NDArray[np.float64]] = MappingProxyType({}),
 ) -> NDArray[np.uint8]:
@@ -45,7 +45,7 @@ def overlay(
 
     `boxes`: boxes `[x, y, width, height]` by label [px]; NaN boxes are not drawn. With the shape
     `contour`: points (n, 2), in which a row of NaN separates two polygons. `colours`: `#rrggbb` by
-    label; the label `truth` is white and dashed. `words`: text in the upper left corner. `lines`:
+    label; the label `truth` is white and dashed. `caption`: text in the upper left corner. `lines`:
     further contours, drawn with thinner lines.
     """
     interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
@@ -68,43 +68,43 @@ def overlay(
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
         _draw(drawn, outline, shade, 1, dashed=label == TRUTH)
     _draw(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
-    if words:
-        write_words(drawn, words, (5, 17))
+    if caption:
+        write_line(drawn, caption, (5, 17))
     return drawn
 
 
 def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDArray[np.uint8]:
     """Return a dark image of this width with all labels and their colours, in several lines."""
     line_height, margin, key = 24, 10, 26
-    places: list[tuple[int, int, str]] = []
+    positions: list[tuple[int, int, str]] = []
     x, y = margin, 3 + line_height // 2
     for label in labels:
         needed = key + 8 + cv2.getTextSize(_replace_surrogates(label), _FONT, 0.5, 1)[0][0] + 22
         if margin < x > width - needed:
             x, y = margin, y + line_height
-        places.append((x, y, label))
+        positions.append((x, y, label))
         x += needed
     band = np.full((y + line_height // 2 + 3, width, 3), BACKGROUND, np.uint8)
-    for x, y, label in places:
+    for x, y, label in positions:
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
         ends = np.array([[x, y], [x + key, y]], np.float64)
         _draw(band, [ends], shade, 2, dashed=label == TRUTH)
-        write_words(band, label, (x + key + 8, y + 5))
+        write_line(band, label, (x + key + 8, y + 5))
     return band
 
 
-def _replace_surrogates(words: str) -> str:
+def _replace_surrogates(line: str) -> str:
     """Replace surrogates, which names that are not UTF-8 contain and on which OpenCV crashes."""
-    return words.encode(errors="replace").decode()
+    return line.encode(errors="replace").decode()
 
 
-def write_words(image: NDArray[np.uint8], words: str, origin: tuple[int, int]) -> None:
+def write_line(image: NDArray[np.uint8], line: str, origin: tuple[int, int]) -> None:
     """Write light text with a dark outline; `origin`: left end (x, y) of the base line."""
-    words = _replace_surrogates(words)
+    line = _replace_surrogates(line)
     x, y = origin
     for dx, dy in ((-1, 0), (1, 0), (0, -1), (0, 1)):
-        cv2.putText(image, words, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
-    cv2.putText(image, words, origin, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
+        cv2.putText(image, line, (x + dx, y + dy), _FONT, 0.5, _DARK, 1, cv2.LINE_AA)
+    cv2.putText(image, line, origin, _FONT, 0.5, _LIGHT, 1, cv2.LINE_AA)
 
 
 def _polygons(
@@ -113,8 +113,8 @@ def _polygons(
     """Return the closed outlines of a shape, (points, 2), in an enlarged image; none for NaN."""
     box = np.asarray(box, np.float64).clip(-_MAX_COORDINATE, _MAX_COORDINATE)
     if shape == "contour":
-        parts = np.split(box, np.flatnonzero(np.isnan(box[:, 0])))
-        outlines = [part[np.isfinite(part[:, 0])] for part in parts]
+        contours = np.split(box, np.flatnonzero(np.isnan(box[:, 0])))
+        outlines = [contour[np.isfinite(contour[:, 0])] for contour in contours]
     elif shape == "box":
         outlines = [box[:2] + box[2:] * np.array([[0, 0], [1, 0], [1, 1], [0, 1]])]
     else:  # the sides are as long as two dashes
@@ -136,9 +136,9 @@ def _draw(
     """Draw lines through points in continuous coordinates (pixel i spans [i, i + 1))."""
     for start, stop in (ends for line in lines for ends in pairwise(line)):
         length = float(np.hypot(*(stop - start)))
-        pieces = max(1, int(length / (2 * _DASH))) if dashed else 1
-        for piece in range(pieces):
-            shares = np.array([[piece], [piece + (0.5 if dashed else 1.0)]]) / pieces
+        n_dashes = max(1, int(length / (2 * _DASH))) if dashed else 1
+        for dash in range(n_dashes):
+            shares = np.array([[dash], [dash + (0.5 if dashed else 1.0)]]) / n_dashes
             # Coordinates of OpenCV count from pixel centres.
             ends = (start + (stop - start) * shares - 0.5) * (1 << _SHIFT)
             first, last = np.round(ends).astype(int).tolist()
@@ -153,7 +153,7 @@ def evenly_spaced(first: int, last: int, count: int) -> list[int]:
 
 def film_strip(
     image_of: Callable[[int], NDArray[np.uint8]],
-    numbers: Sequence[int],
+    frames: Sequence[int],
     boxes: Mapping[str, NDArray[np.float64] | Mapping[int, NDArray[np.float64]]],
     title: str = "",
     columns: int = MAX_COLUMNS,
@@ -161,36 +161,36 @@ def film_strip(
     *,
     shape: Shape = "box",
     shades: Mapping[str, str] | None = None,
-    words: Mapping[int, str] | None = None,
+    remarks: Mapping[int, str] | None = None,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> NDArray[np.uint8]:
     """Return a film strip: a BGR image, uint8 (height, width, 3).
 
-    `image_of`: function that returns the BGR image of a frame. `numbers`: frames, at least one.
+    `image_of`: function that returns the BGR image of a frame. `frames`: frames, at least one.
     `boxes`: boxes (n, 4) by label, one row per frame, or contours by frame; see `overlay`.
     `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
     approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
-    `words`: text after the frame number. `lines_of`: function of the frame number that returns
+    `remarks`: text after the frame number. `lines_of`: function of the frame number that returns
     further outlines by label; see `overlay`.
     """
-    columns = min(columns, len(numbers))
-    words = words or {}
+    columns = min(columns, len(frames))
+    remarks = remarks or {}
     shades = shades or colours([label for label in boxes if label != TRUTH])
     tiles = []
-    for number in numbers:
-        image = image_of(number)
+    for frame in frames:
+        image = image_of(frame)
         scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
-        frame_boxes = {label: rows[number] for label, rows in boxes.items()}
-        text = f"{number} {words.get(number, '')}".strip()
-        tiles.append(overlay(image, frame_boxes, shades, scale, text, shape, lines_of(number)))
+        frame_boxes = {label: rows[frame] for label, rows in boxes.items()}
+        caption = f"{frame} {remarks.get(frame, '')}".strip()
+        tiles.append(overlay(image, frame_boxes, shades, scale, caption, shape, lines_of(frame)))
     height, wide = tiles[0].shape[:2]
     title_height, n_rows = 28 if title else 0, -(-len(tiles) // columns)
     size = title_height + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP
     strip = np.full((*size, 3), BACKGROUND, np.uint8)
     if title:
-        write_words(strip[:title_height], title, (10, 19))
-    for place, tile in enumerate(tiles):
-        row, column = divmod(place, columns)
+        write_line(strip[:title_height], title, (10, 19))
+    for index, tile in enumerate(tiles):
+        row, column = divmod(index, columns)
         top, left = title_height + row * (height + _GAP), column * (wide + _GAP)
         strip[top : top + height, left : left + wide] = tile
     return np.vstack([strip, legend(boxes, shades, size[1])]) if boxes else strip

@@ -37,11 +37,11 @@ def columns(stream: TextIO | None = None) -> int:
 
     The environment variable `COLUMNS` takes precedence.
     """
-    number = shutil.get_terminal_size((0, 0)).columns
-    if not number and stream is not None:
+    n_columns = shutil.get_terminal_size((0, 0)).columns
+    if not n_columns and stream is not None:
         with suppress(OSError, ValueError):  # no terminal, or closed
-            number = os.get_terminal_size(stream.fileno()).columns
-    return number or MAX_WIDTH
+            n_columns = os.get_terminal_size(stream.fileno()).columns
+    return n_columns or MAX_WIDTH
 
 
 def printable(text: str) -> str:
@@ -50,7 +50,7 @@ def printable(text: str) -> str:
     >>> printable("\x1b[31mred\n")
     '\\u001b[31mred\n'
     """
-    return _CONTROL.sub(_number, text)
+    return _CONTROL.sub(_escaped, text)
 
 
 def one_line(text: str) -> str:
@@ -59,7 +59,7 @@ def one_line(text: str) -> str:
     >>> one_line("two\nlines")
     'two\\u000alines'
     """
-    return _CONTROL_OR_BREAK.sub(_number, text)
+    return _CONTROL_OR_BREAK.sub(_escaped, text)
 
 
 def to_xml(text: str) -> str:
@@ -68,7 +68,7 @@ def to_xml(text: str) -> str:
     >>> to_xml("\x00\ufffe")
     '\\u0000\\ufffe'
     """
-    return _NONCHARACTER.sub(_number, printable(text))
+    return _NONCHARACTER.sub(_escaped, printable(text))
 
 
 def wrap(text: str, stream: TextIO | None = None) -> str:
@@ -111,5 +111,5 @@ def _fill(line: str, text_width: int) -> str:
     )
 
 
-def _number(match: re.Match[str]) -> str:
+def _escaped(match: re.Match[str]) -> str:
     return f"\\u{ord(match[0]):04x}"

@@ -52,11 +52,11 @@ def to_csv(table: Table) -> str:
     leading apostrophe. A text with apostrophes before such a character gets one more, so that
     removing one restores the text. Numbers are unchanged.
     """
-    data = _data(table).rename(columns=_to_csv_value).map(_to_csv_value)
-    return data.to_csv(index=False, lineterminator="\n")
+    values = _values(table).rename(columns=_to_csv_value).map(_to_csv_value)
+    return values.to_csv(index=False, lineterminator="\n")
 
 
-def _data(table: Table) -> pd.DataFrame:
+def _values(table: Table) -> pd.DataFrame:
     """Return the data of a table; a table without data has the texts of its cells."""
     if len(table.data) or not table.rows:
         return table.data
@@ -68,7 +68,7 @@ def _data(table: Table) -> pd.DataFrame:
 
 def to_json(table: Table) -> str:
     """Render the data of a table on one line of JSON: unrounded values, missing values null."""
-    data = _data(table).astype(object)
+    data = _values(table).astype(object)
     rows = data.where(data.notna() & ~data.isin([inf, -inf]), None).to_dict("records")
     content = {"table": table.name, "caption": table.caption, "notes": table.notes, "rows": rows}
     return json.dumps(content)
@@ -140,29 +140,29 @@ def to_text(table: Table) -> str:
         return "\n".join([caption, *notes]) + "\n"
     alone = [not any(cell.text for cell in row[1:]) for row in table.rows]
     columns = [
-        _column(heading, [row[column] for row in table.rows], alone, text=text)
-        for column, (heading, text) in enumerate(
+        _column(heading, [row[column] for row in table.rows], alone, is_text=is_text)
+        for column, (heading, is_text) in enumerate(
             zip(table.headings, text_columns(table), strict=True)
         )
     ]
     lines = max(map(len, columns))  # headings may take several lines
-    whole = [[" " * _width(cells[0])] * (lines - len(cells)) + cells for cells in columns]
-    body = ["  ".join(cells).rstrip() for cells in zip(*whole, strict=True)]
+    padded = [[" " * _width(cells[0])] * (lines - len(cells)) + cells for cells in columns]
+    body = ["  ".join(cells).rstrip() for cells in zip(*padded, strict=True)]
     return "\n".join([caption, "", *body, *notes]) + "\n"
 
 
-def _column(heading: str, cells: list[Cell], alone: list[bool], *, text: bool) -> list[str]:
+def _column(heading: str, cells: list[Cell], alone: list[bool], *, is_text: bool) -> list[str]:
     """Return the lines of a column: heading, rule, cells.
 
     `alone`: True for cells that extend over the following columns.
     """
-    no_mark = " " if any(cell.best for cell in cells) else ""
-    lines = [one_line(cell.text) + ("*" if cell.best else no_mark) for cell in cells]
+    no_mark = " " if any(cell.is_best for cell in cells) else ""
+    lines = [one_line(cell.text) + ("*" if cell.is_best else no_mark) for cell in cells]
     widths = [_width(line) for line, over in zip(lines, alone, strict=True) if not over]
     folded = textwrap.wrap(one_line(heading), max(_HEAD_WIDTH, *widths), break_long_words=False)
-    headings = [line if text else line + no_mark for line in folded or [""]]
+    headings = [line if is_text else line + no_mark for line in folded or [""]]
     widest = max(*map(_width, headings), *widths, 0)
-    return [_pad(line, widest, left=text) for line in (*headings, "-" * widest, *lines)]
+    return [_pad(line, widest, left=is_text) for line in (*headings, "-" * widest, *lines)]
 
 
 def _width(text: str) -> int:
@@ -181,7 +181,7 @@ def _pad(text: str, width: int, *, left: bool) -> str:
 def _cells(table: Table, escaped: Callable[[str], str], bold: str) -> list[list[str]]:
     """Return the texts of the body, marked cells in bold."""
     return [
-        [bold.format(escaped(cell.text)) if cell.best else escaped(cell.text) for cell in row]
+        [bold.format(escaped(cell.text)) if cell.is_best else escaped(cell.text) for cell in row]
         for row in table.rows
     ]
 
@@ -245,9 +245,9 @@ def terminal_lines(table: Table, more: str = "") -> list[str]:
         narrow = _without_columns(shortened, left_out, grouped=grouped)
     omitted = "; ".join(table.headings[column] for column in sorted(left_out))
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
-    texts = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
+    paragraphs = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
     rows = [line for line in _lines(narrow) if line.strip("- ")]
-    return [*texts[0], *rows, *chain(*texts[1:])]
+    return [*paragraphs[0], *rows, *chain(*paragraphs[1:])]
 
 
 def _lines(table: Table) -> list[str]:
@@ -257,12 +257,12 @@ def _lines(table: Table) -> list[str]:
 
 def _shorten_reasons(row: list[Cell]) -> list[Cell]:
     """Keep only the first of equal reasons for missing means in a row."""
-    texts: set[str] = set()
+    reasons: set[str] = set()
     cells = []
     for cell in row:
-        is_repeated = cell.text.startswith(f"{MISSING} (") and cell.text in texts
+        is_repeated = cell.text.startswith(f"{MISSING} (") and cell.text in reasons
         cells.append(Cell(MISSING) if is_repeated else cell)
-        texts.add(cell.text)
+        reasons.add(cell.text)
     return cells
 
 

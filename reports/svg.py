@@ -41,18 +41,20 @@ class _Scale:
 
     limits: tuple[float, float]
     pixels: tuple[float, float]
-    log: bool = False
+    is_logarithmic: bool = False
 
     def __call__(self, values: Array | float) -> Array:
-        low, high = np.log10(self.limits) if self.log else self.limits
-        shares = ((np.log10(values) if self.log else np.asarray(values)) - low) / (high - low)
+        low, high = np.log10(self.limits) if self.is_logarithmic else self.limits
+        shares = ((np.log10(values) if self.is_logarithmic else np.asarray(values)) - low) / (
+            high - low
+        )
         return np.asarray(self.pixels[0] + shares * (self.pixels[1] - self.pixels[0]))
 
     @property
     def ticks(self) -> list[float]:
         """At most six round values within the limits."""
         low, high = self.limits
-        if self.log:
+        if self.is_logarithmic:
             powers = range(round(log10(low)), round(log10(high)) + 1)
             return [10.0**power for power in powers[:: ceil(len(powers) / _MAX_TICKS)]]
         power = 10.0 ** floor(log10((high - low) / (_MAX_TICKS - 1)))
@@ -67,18 +69,18 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
     """Return a chart as an SVG element; its points open frames."""
     lines = [line for line in chart.lines if np.isfinite(np.asarray(line.y, float)).any()]
     x, y = _scales(chart, lines, width, height)
-    parts = [*_axes(chart, x, y, width, height)]
-    if chart.kind == "dots":
-        parts += [_dot(line, x, y) for line in lines]
+    elements = [*_axes(chart, x, y, width, height)]
+    if chart.style == "dots":
+        elements += [_dot(line, x, y) for line in lines]
     else:
         crowded = len(lines) > CROWDED
-        parts += [_line(line, x, y, chart.kind, crowded=crowded) for line in reversed(lines)]
+        elements += [_line(line, x, y, chart.style, crowded=crowded) for line in reversed(lines)]
         labelled = lines[:TOP] if crowded else lines
-        parts += _labels(labelled, x, y) if chart.has_line_names else []
+        elements += _labels(labelled, x, y) if chart.has_line_names else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
-    role, description = "group" if chart.kind == "dots" else "img", one_line(chart.description)
+    role, description = "group" if chart.style == "dots" else "img", one_line(chart.description)
     svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
-    return svg.format(width, height, role, description, scales, Markup("").join(parts))
+    return svg.format(width, height, role, description, scales, Markup("").join(elements))
 
 
 def at_reference(chart: Chart, line: Line) -> str:
@@ -111,27 +113,27 @@ def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tup
 def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
     """Yield grid lines with their numbers, the names of the axes, and the reference line."""
     (left, right), (bottom, top) = x.pixels, y.pixels
-    text = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+    text_element = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
     for tick in y.ticks:
         position = float(y(tick))
         label = (
             f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.is_percent else f"{tick:g}"
         )
         yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
-        yield text.format(left - 6, position + 4, "end", label)
+        yield text_element.format(left - 6, position + 4, "end", label)
     for tick in x.ticks:
         position = float(x(tick))
         label = _time(tick) if chart.logarithmic else f"{tick:g}"
-        if chart.kind == "dots":
+        if chart.style == "dots":
             yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
-        yield text.format(position, bottom + 17, "middle", label)
+        yield text_element.format(position, bottom + 17, "middle", label)
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
-    yield text.format((left + right) / 2, height - 4, "middle", one_line(name))
+    yield text_element.format((left + right) / 2, height - 4, "middle", one_line(name))
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
         position = float(x(chart.reference))
         yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
         if chart.reference_label:
-            yield text.format(position - 4, bottom - 6, "end", chart.reference_label)
+            yield text_element.format(position - 4, bottom - 6, "end", chart.reference_label)
 
 
 def _time(milliseconds: float) -> str:
@@ -142,7 +144,7 @@ def _time(milliseconds: float) -> str:
     return f"{milliseconds:g} ms"
 
 
-def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Markup:
+def _line(line: Line, x: _Scale, y: _Scale, style: str, *, crowded: bool) -> Markup:
     """Return a line with its band.
 
     The attribute `data-positions` lists the player position that a click on each point opens.
@@ -157,7 +159,7 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
         position._replace(show=()).link[1:] if position else "-" for position in opened
     )
     band = Markup("")
-    if np.size(line.low) and not crowded and kind == "step":
+    if np.size(line.low) and not crowded and style == "step":
         low, high = np.asarray(line.low, float), np.asarray(line.high, float)
         finite = np.isfinite(low) & np.isfinite(high)
         upper, lower = (_corners(xs[finite], end[finite]) for end in (high, low))
@@ -168,10 +170,10 @@ def _line(line: Line, x: _Scale, y: _Scale, kind: str, *, crowded: bool) -> Mark
         band = Markup('<path class="band {}" d="{}Z"/>').format(index, rim) if rim else band
     gaps = np.flatnonzero(~np.isfinite(ys))
     path = ""
-    for piece in np.split(np.arange(len(ys)), gaps):
-        finite = piece[np.isfinite(ys[piece])]
+    for indices in np.split(np.arange(len(ys)), gaps):
+        finite = indices[np.isfinite(ys[indices])]
         points = xs[finite], ys[finite]
-        across, down = _corners(*points) if kind == "step" else points
+        across, down = _corners(*points) if style == "step" else points
         path += _trace(x(across), y(down))
     link = Markup(' data-positions="{}"').format(positions) if positions else ""
     curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
@@ -195,19 +197,19 @@ def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
     across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
     ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
     index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
-    content = Markup("")
+    elements = Markup("")
     if ends and all(map(isfinite, ends)):
         bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>')
-        content += bar.format(index, across, *(float(y(end)) for end in ends))
+        elements += bar.format(index, across, *(float(y(end)) for end in ends))
     mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
-    content += mark.format(index, across, down, path)
+    elements += mark.format(index, across, down, path)
     side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
-    content += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
+    elements += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
     position = next(filter(None, line.positions), None)
     if position is None:
-        return content
+        return elements
     return Markup('<a href="{}" aria-label="{}">{}</a>').format(
-        position.link, one_line(line.label), content
+        position.link, one_line(line.label), elements
     )
 
 
@@ -219,11 +221,11 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
         finite = np.isfinite(ys)
         rows.append(np.interp(grid, x(xs[finite]), y(ys[finite])))
-    for number, line in enumerate(lines):
+    for index, line in enumerate(lines):
         name = _short(line.label)
         wide = min(_COLUMNS, ceil(_LETTER * len(name) / (grid[1] - grid[0])) + 1)
         near = np.stack([sliding_window_view(row, wide) for row in rows])
-        heights = near[number]
+        heights = near[index]
         middles = np.stack([heights.min(axis=1) - _DISTANCE, heights.max(axis=1) + _DISTANCE])
         gaps = np.abs(near[:, None] - middles[..., None])
         gaps[len(lines) :] -= _HEIGHT  # names must not overlap, but may cross a line

@@ -48,7 +48,7 @@ class Cell:
     """Cell of a table: its text, and whether it is marked by a star or bold type."""
 
     text: str
-    best: bool = False
+    is_best: bool = False
 
 
 @dataclass(frozen=True)
@@ -75,8 +75,8 @@ def text_table(
 ) -> Table:
     """Return a table of texts, which are also its data."""
     cells = [[Cell(text) for text in row] for row in rows]
-    data = pd.DataFrame(rows, columns=[*headings])
-    return Table(name, caption, [*headings], n_labels, cells, [*notes], data)
+    values = pd.DataFrame(rows, columns=[*headings])
+    return Table(name, caption, [*headings], n_labels, cells, [*notes], values)
 
 
 def text_columns(table: Table) -> list[bool]:

@@ -32,10 +32,10 @@ def save_video(
     shades = colours([label for label in boxes if label != TRUTH])
     with av.open(str(file), "w", format="mp4") as container:
         stream = None
-        for number, image in images:
+        for frame, image in images:
             scale = max(1.0, MIN_WIDTH / image.shape[1])
-            frame_boxes = {label: rows[number] for label, rows in boxes.items()}
-            drawn = overlay(image, frame_boxes, shades, scale, str(number), lines=lines_of(number))
+            frame_boxes = {label: rows[frame] for label, rows in boxes.items()}
+            drawn = overlay(image, frame_boxes, shades, scale, str(frame), lines=lines_of(frame))
             if boxes:
                 drawn = np.vstack([drawn, legend(boxes, shades, drawn.shape[1])])
             height, width = drawn.shape[:2]  # even, as the pixel format requires

@@ -175,8 +175,8 @@ class Moreno2005(segmenter.Segmenter):
         steps = ColourDynamics(**parameters.model_dump(include={*ColourDynamics.__annotations__}))
         particles = ColourCue(start.components, parameters.colour_samples, steps, palettes)
         colours = particles if parameters.colour_model == "particles" else self.refitted
-        kind = ContourCue if parameters.position == "particles" else KalmanContourCue
-        contours = self.contour_cue(start, kind)
+        cue_class = ContourCue if parameters.position == "particles" else KalmanContourCue
+        contours = self.contour_cue(start, cue_class)
         return Chain([self.planes, colours, contours], parameters.association, parameters.feedback)
 
     def prepare_observation(self, observation: Observation, image: Image) -> Observation:

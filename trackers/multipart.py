@@ -189,9 +189,9 @@ class Multipart(SharingTracker):
             arrays={"particles": self._states, "weights": weights},
         )
         uniforms = self._generator.random(len(weights))
-        chosen = SCHEMES[self.parameters.resampling](weights, uniforms)
-        self._states = self._states[chosen]
-        self._velocities = self._velocities[chosen]
+        indices = SCHEMES[self.parameters.resampling](weights, uniforms)
+        self._states = self._states[indices]
+        self._velocities = self._velocities[indices]
         return estimate
 
     def _propagate(self) -> None:

@@ -297,9 +297,9 @@ class Nguyen2002(SharingTracker):
             trimmed=parameters.first_covariance == "inliers",
             grid_step=finest_step if parameters.misregistration else 0.0,
             average=parameters.average,
-            full=parameters.covariance == "full",
+            correlated=parameters.covariance == "full",
             adaptive=parameters.adaptive_noise,
-            gate=parameters.gate,
+            excludes_outliers=parameters.gate,
             patience=patience if parameters.rebootstrap else np.iinfo(np.int64).max,
         )
 
@@ -319,12 +319,14 @@ class Nguyen2002(SharingTracker):
             self._occlusion = Occlusion(frame, self._pose, (x.velocity, y.velocity))
             self._occlusion_log.record_beginning(frame)
             return self._look_through(self._occlusion, image, frame, revised)
-        self._take(match.pose, comparison, first=first)
+        self._take(match.pose, comparison, is_first=first)
         return self._pose
 
-    def _take(self, pose: Pose, comparison: appearance.TemplateComparison, *, first: bool) -> None:
+    def _take(
+        self, pose: Pose, comparison: appearance.TemplateComparison, *, is_first: bool
+    ) -> None:
         """Update the template and the pose."""
-        self._filter.update(comparison, first=first)
+        self._filter.update(comparison, is_first=is_first)
         for smoother, value in zip(self._smoothers, pose, strict=True):
             smoother.measure(value)
         self._pose = pose

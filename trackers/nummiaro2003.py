@@ -232,9 +232,9 @@ class Nummiaro2003(SharingTracker):
                 f"nummiaro2003: invalid half_axes {half_axes}. Expected: two lengths above 0."
             )
         height, width = image.shape[:2]
-        whole = np.array([width, height, 0.0, 0.0]) / 2 + np.array([*-sizes, *(2 * sizes)])
+        box = np.array([width, height, 0.0, 0.0]) / 2 + np.array([*-sizes, *(2 * sizes)])
         frame = SharedFrame(image)
-        self._begin(frame, model, motion.ellipse_in(whole), frame, tracking=False, regions=regions)
+        self._begin(frame, model, motion.ellipse_in(box), frame, tracking=False, regions=regions)
 
     def init_by_detector(self, image: Image, detector: Callable[[Image], Array]) -> None:
         """Initialise by the first detection, in this frame or a later one.
@@ -366,11 +366,11 @@ class Nummiaro2003(SharingTracker):
 
     def _select_and_propagate(self, frame: SharedFrame) -> None:
         """Resample and propagate the particles (steps 1 and 2 of Fig. 1)."""
-        chosen = multinomial(self._weights, self._generator.random(len(self._weights)))
-        self._model.select(chosen)
+        indices = multinomial(self._weights, self._generator.random(len(self._weights)))
+        self._model.select(indices)
         self._particles, self._rates = self._motion.step(
-            self._particles[chosen],
-            self._rates[chosen],
+            self._particles[indices],
+            self._rates[indices],
             float(self._mean[4]),
             self._aspect,
             self._image_size,

@@ -207,7 +207,7 @@ def attribute_table(
         low, high = curve.interval
         correlation = f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING
         labels = curve.label, curve.attribute, str(len(curve.places)), correlation
-        interval = Cell(f"[{low:+.2f}, {high:+.2f}]", best=low > 0 or high < 0)
+        interval = Cell(f"[{low:+.2f}, {high:+.2f}]", is_best=low > 0 or high < 0)
         rows.append([*map(Cell, labels), interval, *map(Cell, _ends(curve, measure))])
     few = sum(not curve.bins for curve in curves)
     notes = ["The table is empty: at least two sequences with scores are needed."] * (not curves)

@@ -49,7 +49,7 @@ def _difference_plot(
     difference; a grey band shows ± margin.
     """
     height = 0.9 + len(differences) * (0.7 + 0.2 * len(sequences))
-    figure, panels = new_figure(title, min(height, _MAX_HEIGHT), rows=len(differences))
+    figure, panels = new_figure(title, min(height, _MAX_HEIGHT), n_rows=len(differences))
     named = len(differences) * len(sequences) <= _MAX_NAMED_ROWS
     for axes, (pair, pair_differences) in zip(panels, differences.items(), strict=True):
         values = np.asarray(pair_differences, np.float64)

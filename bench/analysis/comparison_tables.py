@@ -118,7 +118,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
         "title": measure.title,
         "direction": measure.direction,
         "margin": measure.margin,
-        "unit": units.kind,
+        "unit": units.unit_kind,
         "units": list(units.labels),
         "scope": units.scope,
         "sequences": list(comparison.sequences),
@@ -326,7 +326,7 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
 
 def _differences(comparison: Comparison) -> Table:
     """Return the differences of pairs by unit; pairs with long names are numbered."""
-    pairs, kind = shown_pairs(comparison), comparison.units.kind
+    pairs, kind = shown_pairs(comparison), comparison.units.unit_kind
     labels, notes = _pair_labels(pairs)
     remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
@@ -395,7 +395,7 @@ def paragraph(comparison: Comparison) -> str:
     units, n = comparison.units, len(comparison.standings)
     sentences = [
         f"{n} tracker{'s were' if n > 1 else ' was'} compared by {comparison.measure.title} on "
-        f"{_counts(comparison)}; the unit is the {units.kind}.",
+        f"{_counts(comparison)}; the unit is the {units.unit_kind}.",
         *_methods(comparison),
         *(f"{name}: {note}." for name, note in comparison.failures.items()),
         *([undefined_note(comparison)] if comparison.undefined else []),
@@ -456,7 +456,7 @@ def _counts(comparison: Comparison) -> str:
 
 def _unit_count(comparison: Comparison) -> str:
     units = comparison.units
-    return f"{len(units)} {units.plural if len(units) != 1 else units.kind}"
+    return f"{len(units)} {units.plural if len(units) != 1 else units.unit_kind}"
 
 
 def _too_few(comparison: Comparison) -> str:

@@ -70,7 +70,7 @@ def _heading(
     value = _value(comparison, first, digits)
     few = len(units) < MIN_UNITS
     where = f"{'these' if few else 'all'} {len(units)} {units.plural}"
-    where = f"this {units.kind}" if len(units) == 1 else where
+    where = f"this {units.unit_kind}" if len(units) == 1 else where
     if not others:
         return f"{first.tracker} has a {title} of {value} on {where}."
     best = "highest" if comparison.sign > 0 else "lowest"
@@ -155,7 +155,7 @@ def _wins(comparison: Comparison) -> list[str]:
 
 def _limit(units: StatisticalUnits) -> str:
     n = len(units)
-    words = f"{_NUMBERS[n]} {units.plural} are" if n != 1 else f"One {units.kind} is"
+    words = f"{_NUMBERS[n]} {units.plural} are" if n != 1 else f"One {units.unit_kind} is"
     return f"{words} too few to generalise ({MIN_UNITS} needed{units.remedy})."
 
 

@@ -23,12 +23,12 @@ from trackmark.bench.analysis.times import (
     with_fps,
     with_times,
 )
+from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import Metric, heading
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.statistics.rules import MARGIN, MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.data_frames import with_revised_scores
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure, Table
 
@@ -257,7 +257,7 @@ def _with_units(scored: pd.DataFrame) -> tuple[pd.DataFrame, StatisticalUnits]:
 def meaning_of_intervals(units: StatisticalUnits) -> str:
     """Return the part of a caption that explains intervals and marks."""
     if len(units) < MIN_UNITS:
-        plural = units.plural if len(units) != 1 else units.kind
+        plural = units.plural if len(units) != 1 else units.unit_kind
         return (
             f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
             "± standard deviation over repetitions."
@@ -295,3 +295,17 @@ def _segmenting(scored: pd.DataFrame) -> set[str]:
     """Return the trackers with scores of masks."""
     columns = [measure.name for measure in MASKS if measure.name in scored]
     return set(scored["tracker"][scored[columns].notna().any(axis=1)])
+
+
+def with_revised_scores(runs: pd.DataFrame) -> pd.DataFrame | None:
+    """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
+
+    `runs` is a data frame of `Runs.scored`. Runs without revised boxes keep the scores of their
+    online boxes.
+    """
+    revised_names = [name for name in runs if str(name).startswith(REVISED)]
+    if not runs[revised_names].notna().any(axis=None):
+        return None
+    names = [str(name).removeprefix(REVISED) for name in revised_names]
+    revised = runs[revised_names].set_axis(names, axis=1)
+    return runs.assign(**revised.where(revised.notna(), runs[names]))

@@ -15,7 +15,7 @@ from trackmark.bench.api.process_state import ProcessState
 from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
-    tracker_texts,
+    tracker_specs,
     unsaved_reason,
 )
 from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource, default_name
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.process_tree import in_child
@@ -92,11 +92,11 @@ def evaluate(
     for sequence, _ in opened:
         sequence.check_runnable()
     unsaved_reasons = {spec.label: unsaved_reason(spec) for spec in specs}
-    entries = _entries(specs, repetitions)
+    planned_runs = _planned_runs(specs, repetitions)
     search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
     try:
-        runs, errors = _run_all(entries, opened, protocol_key, raise_errors)
+        runs, errors = _run_all(planned_runs, opened, protocol_key, raise_errors)
         # Only a run can show that its tracker draws from global generators.
         drew = {run.identity.tracker for run in runs if "generators" in run.metadata}
         stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
@@ -110,8 +110,8 @@ def evaluate(
         sys.path[:] = search_path
     errors |= more_errors
     if len(errors) == len(opened):
-        first, *others = errors.values()
-        if not others:
+        first, *other_errors = errors.values()
+        if not other_errors:
             raise first
         raise SequenceError(f"{first} None of the {len(opened)} sequences can be read.") from first
     for error in errors.values():
@@ -168,13 +168,13 @@ def run(
     _check(protocol, metrics, repetitions=repetitions, jobs=1 if jobs is None else jobs)
     if not isinstance(folder, str | Path | None):
         raise TypeError(f"folder is {value_text(folder)}. Expected: a text or a Path.")
-    specs, selected = tracker_texts(trackers), list(_sequence_texts(sequences))
+    specs, selected = tracker_specs(trackers), list(_sequence_specs(sequences))
     default = Path("results") / default_name(specs, [text for text, _ in selected])
     path = (default if folder is None else Path(folder)).expanduser().absolute()
     experiment = Experiment(
         name=path.name,
         trackers=specs,
-        sequences=tuple(SequenceSource(name) for _, name in selected),
+        sequences=tuple(SequenceSpec(name) for _, name in selected),
         repetitions=repetitions,
         protocol=protocol,
     )
@@ -183,7 +183,7 @@ def run(
     return loaded
 
 
-def _check(protocol: str, metrics: str, **numbers: int) -> str:
+def _check(protocol: str, metrics: str, **integers: int) -> str:
     """Return the key of a protocol; raise an error for invalid arguments."""
     if in_child():
         raise TrackerError(
@@ -196,11 +196,11 @@ def _check(protocol: str, metrics: str, **numbers: int) -> str:
         raise FileNotFoundError(
             "the working directory was removed. Change to an existing folder by os.chdir."
         ) from None
-    for name, value in numbers.items():
-        least = 0 if name == "seed" else 1
-        if not isinstance(value, Integral) or isinstance(value, bool) or value < least:
+    for name, value in integers.items():
+        minimum = 0 if name == "seed" else 1
+        if not isinstance(value, Integral) or isinstance(value, bool) or value < minimum:
             raise ValueError(
-                f"{name} is {value_text(value)}. Expected: an integer of {least} or more."
+                f"{name} is {value_text(value)}. Expected: an integer of {minimum} or more."
             )
     protocol_key = parse_protocol(protocol).key
     if not can_score(name := metrics_by_name(metrics, protocol_key), protocol_key):
@@ -212,17 +212,17 @@ def _listed(sequences: Any) -> list[Any]:
     return list(sequences) if isinstance(sequences, list | tuple) else [sequences]
 
 
-def _sequence_texts(sequences: Any) -> Iterator[tuple[str, str]]:
+def _sequence_specs(sequences: Any) -> Iterator[tuple[str, str]]:
     """Yield each text or path of an argument with each sequence that it selects."""
-    for entry in _listed(sequences):
-        if not isinstance(entry, str | Path):
+    for item in _listed(sequences):
+        if not isinstance(item, str | Path):
             raise TypeError(
-                f"{value_text(entry)} is not a name or path of a sequence. trackmark.evaluate also "
+                f"{value_text(item)} is not a name or path of a sequence. trackmark.evaluate also "
                 "takes a Sequence."
             )
-        text = str(entry.expanduser().absolute()) if isinstance(entry, Path) else entry
-        for name in datasets.matching(text):
-            yield text, name
+        spec = str(item.expanduser().absolute()) if isinstance(item, Path) else item
+        for name in datasets.matching(spec):
+            yield spec, name
 
 
 def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
@@ -231,13 +231,13 @@ def _open_sequences(sequences: Any) -> list[tuple[Sequence, str]]:
     Raises `SequenceError` for two different sequences of one name.
     """
     opened: dict[str, tuple[Sequence, str]] = {}
-    for entry in _listed(sequences):
-        if isinstance(entry, Sequence):
-            pairs = [(entry, "")]
+    for item in _listed(sequences):
+        if isinstance(item, Sequence):
+            pairs = [(item, "")]
         else:
             pairs = [
-                (load_sequence(text), SequenceSource(text).absolute().text)
-                for _, text in _sequence_texts(entry)
+                (load_sequence(spec), SequenceSpec(spec).absolute().spec)
+                for _, spec in _sequence_specs(item)
             ]
         for sequence, source in pairs:
             other, _ = opened.setdefault(sequence.name, (sequence, source))
@@ -257,14 +257,14 @@ def _runs_once(spec: TrackerSpec) -> bool:
     return spec.randomness is Randomness.NONE
 
 
-def _entries(specs: list[TrackerSpec], repetitions: int) -> list[tuple[TrackerSpec, int]]:
+def _planned_runs(specs: list[TrackerSpec], repetitions: int) -> list[tuple[TrackerSpec, int]]:
     """Return the runs on each sequence."""
     counts = [(spec, 1 if _runs_once(spec) else repetitions) for spec in specs]
     return [(spec, repetition) for spec, count in counts for repetition in range(count)]
 
 
 def _run_all(
-    entries: list[tuple[TrackerSpec, int]],
+    planned_runs: list[tuple[TrackerSpec, int]],
     opened: list[tuple[Sequence, str]],
     protocol_key: str,
     raise_errors: bool,
@@ -272,9 +272,9 @@ def _run_all(
     """Return the runs on all sequences, and the errors of unreadable sequences by name."""
     runs: list[Run] = []
     errors: dict[str, SequenceError] = {}
-    for sequence, source in opened if entries else ():
+    for sequence, source in opened if planned_runs else ():
         try:
-            on_sequence = _run_trackers(entries, sequence, protocol_key, raise_errors)
+            on_sequence = _run_trackers(planned_runs, sequence, protocol_key, raise_errors)
         except SequenceError as error:  # the runs on other sequences are not lost
             if raise_errors:
                 raise
@@ -288,28 +288,28 @@ def _run_all(
 
 
 def _run_trackers(
-    entries: list[tuple[TrackerSpec, int]],
+    planned_runs: list[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol_key: str,
     raise_errors: bool,
 ) -> list[Run]:
     """Return the runs on a sequence."""
-    passes, frames = list(_passes(entries, protocol_key)), sequence.frames
+    passes, frames = list(_passes(planned_runs, protocol_key)), sequence.frames
     with _one_thread:
         if len(passes) > 1:
             sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
         try:
             return [
                 run
-                for entries_of_pass in passes
-                for run in _run_pass(entries_of_pass, sequence, protocol_key, raise_errors)
+                for runs_of_pass in passes
+                for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors)
             ]
         finally:
             sequence.frames = frames
 
 
 def _run_pass(
-    entries: list[tuple[TrackerSpec, int]],
+    planned_runs: list[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol_key: str,
     raise_errors: bool,
@@ -317,13 +317,13 @@ def _run_pass(
     """Return the runs of a pass, and restore the state of the process."""
     before = ProcessState.current()
     try:
-        return run_protocol(entries, sequence, protocol_key, raise_errors=raise_errors).runs
+        return run_protocol(planned_runs, sequence, protocol_key, raise_errors=raise_errors).runs
     finally:
         before.restore()
 
 
 def _passes(
-    entries: list[tuple[TrackerSpec, int]], protocol_key: str
+    planned_runs: list[tuple[TrackerSpec, int]], protocol_key: str
 ) -> Iterator[list[tuple[TrackerSpec, int]]]:
     """Yield the runs of each pass over a sequence.
 
@@ -333,7 +333,7 @@ def _passes(
     """
     time_dependent = protocol_of_key(protocol_key).time_dependent
     shared: dict[int, list[tuple[TrackerSpec, int]]] = {}
-    for spec, repetition in entries:
+    for spec, repetition in planned_runs:
         uses_process = not spec.is_built_in or spec.randomness is Randomness.PROCESS
         if time_dependent or (uses_process and not spec.is_isolated):
             yield [(spec, repetition)]
@@ -362,8 +362,8 @@ def _warn_of_drawing(runs: list[Run], specs: list[TrackerSpec]) -> None:
             if run.identity.tracker == spec.label
             for name in run.metadata.get("generators", ())
         }
-        text = drawing_note(spec.label, ", ".join(sorted(names)))
-        warnings.warn(text, RuntimeWarning, stacklevel=3)
+        message = drawing_note(spec.label, ", ".join(sorted(names)))
+        warnings.warn(message, RuntimeWarning, stacklevel=3)
 
 
 def _warn_of_failures(runs: PrintedRuns) -> None:

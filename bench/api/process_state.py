@@ -22,7 +22,7 @@ class ProcessState:
     States are equal if the first five fields are: imports change the other fields.
     """
 
-    numbers: tuple[Any, ...]  # state of the global random generators
+    generator_states: tuple[Any, ...]  # state of the global random generators
     arithmetic: Mapping[str, Any]  # handling of floating-point errors
     folder: str
     environment: Mapping[str, str]
@@ -39,18 +39,21 @@ class ProcessState:
         """Return the current state."""
         # Only the legacy interface has a state for the whole process.
         name, keys, *rest = np.random.get_state(legacy=True)  # noqa: NPY002
-        numbers = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
+        generator_states = (random.getstate(), name, np.asarray(keys).tobytes(), *rest)
         folder = os.getcwd()  # noqa: PTH109  # compared, not used
         umask = os.umask(0o077)  # the mask can only be read by setting it
         os.umask(umask)
         return cls(
-            numbers,
+            generator_states,
             np.geterr(),
             folder,
             dict(os.environ),
             umask,
             threads=cv2.getNumThreads(),
-            handlers={number: signal.getsignal(number) for number in signal.valid_signals()},
+            handlers={
+                signal_number: signal.getsignal(signal_number)
+                for signal_number in signal.valid_signals()
+            },
             recursion_limit=sys.getrecursionlimit(),
             collects=gc.isenabled(),
             streams=(sys.stdout, sys.stderr),
@@ -59,13 +62,14 @@ class ProcessState:
 
     def restore(self) -> None:
         """Set the process to this state."""
-        python_state, name, keys, *rest = self.numbers
+        python_state, name, keys, *rest = self.generator_states
         random.setstate(python_state)
         np.random.set_state((name, np.frombuffer(keys, np.uint32), *rest))  # noqa: NPY002  # as above
         np.seterr(**self.arithmetic)
         os.chdir(self.folder)
-        os.environ.clear()
-        os.environ.update(self.environment)
+        if os.environ != self.environment:
+            os.environ.clear()
+            os.environ.update(self.environment)
         os.umask(self.umask)
         cv2.setNumThreads(self.threads)
         sys.setrecursionlimit(self.recursion_limit)
@@ -80,8 +84,8 @@ class ProcessState:
         """Restore the handlers that Python has set; only the main thread can."""
         if threading.current_thread() is not threading.main_thread():
             return
-        for number, handler in self.handlers.items():
-            if handler is not None and signal.getsignal(number) is not handler:
-                if number == signal.SIGALRM:
+        for signal_number, handler in self.handlers.items():
+            if handler is not None and signal.getsignal(signal_number) is not handler:
+                if signal_number == signal.SIGALRM:
                     signal.setitimer(signal.ITIMER_REAL, 0)  # its default handler ends the process
-                signal.signal(number, handler)
+                signal.signal(signal_number, handler)

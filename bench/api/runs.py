@@ -27,7 +27,7 @@ from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.bench.store.truth import add_truth
+from trackmark.bench.store.truth import pack_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table
@@ -65,14 +65,14 @@ class PrintedRuns(Runs):
             raise ValueError(f"per is {per!r}. Expected: 'tracker' or 'sequence'.")
         metrics = self.metrics if metrics is None else metrics_by_name(metrics, self.protocol)
         if per == "sequence":
-            data = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
+            scores = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
             index, columns = ["sequence", "tracker"], {"": "mean"}
         else:
-            data = self._mean_table(metrics).data
+            scores = self._mean_table(metrics).data
             index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
         # `pivot_table` would omit rows of which all scores are NaN.
-        wide = data.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
-        order = data.drop_duplicates(index).set_index(index).index
+        wide = scores.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010
+        order = scores.drop_duplicates(index).set_index(index).index
         return pd.DataFrame(
             {
                 f"{measure.name}{end}": wide[column, measure.name]
@@ -112,9 +112,8 @@ class PrintedRuns(Runs):
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         store = RunStore(folder)
         store.add_requests(RequestedRuns(folder.name, self.requested))
-        for (_, fingerprint), truth in self.truths.items():
-            add_truth(folder, fingerprint, truth)
-        store.add_all((run, "") for run in self.values())
+        truths = [pack_truth(fingerprint, truth) for (_, fingerprint), truth in self.truths.items()]
+        store.add_all([(run, "") for run in self.values()], truths)
         return folder
 
     def __str__(self) -> str:
@@ -172,9 +171,9 @@ def load_experiment(folder: Path, metrics: str, protocol: str | None) -> Printed
     elif len(runs.protocols) == 1:
         runs.protocol = runs.protocols[0]
     if not len(runs):
-        others = ", ".join(runs.protocols) or "none"
+        protocols = ", ".join(runs.protocols) or "none"
         raise ResultsError(
-            f"{folder}: no run used the protocol {runs.protocol}. Stored protocols: {others}."
+            f"{folder}: no run used the protocol {runs.protocol}. Stored protocols: {protocols}."
         )
     runs.metrics = metrics_by_name(metrics, runs.protocol)
     return runs

@@ -23,7 +23,7 @@ from trackmark.trackers.base.catalogue import (
     resolve_plugin,
 )
 from trackmark.trackers.base.estimate_check import value_text
-from trackmark.trackers.base.plain import to_plugin
+from trackmark.trackers.base.plain import PlainTracker, to_plugin
 from trackmark.trackers.base.plain_class import missing_methods
 from trackmark.trackers.base.tracker_files import PLUGIN_MODULE, validate_plugin
 
@@ -80,7 +80,7 @@ class _Owners:
     def create(self, spec: TrackerSpec, seed: np.random.SeedSequence) -> Tracker:
         """Create a tracker; raise `TrackerError` if it is the object of another tracker."""
         plugin = spec.make(seed)
-        self.add(vars(plugin).get("_tracker", plugin), spec.label)
+        self.add(plugin.plain if isinstance(plugin, PlainTracker) else plugin, spec.label)
         return plugin
 
 
@@ -103,12 +103,12 @@ def _equal_texts(spec: TrackerSpec, other_spec: TrackerSpec, *trackers: Any) -> 
     return is_text and not in_environment and equal
 
 
-def tracker_texts(trackers: Any) -> tuple[str, ...]:
+def tracker_specs(trackers: Any) -> tuple[str, ...]:
     """Return the trackers of an argument as specifications, which other processes can read.
 
     Raises `TrackerError` for other objects than texts and paths.
     """
-    texts = []
+    specs = []
     for name, tracker in _named(trackers):
         if name or not isinstance(tracker, str | Path):
             file = source_file(tracker) if isinstance(tracker, type) else None
@@ -118,8 +118,8 @@ def tracker_texts(trackers: Any) -> tuple[str, ...]:
                 f"dict cannot name them. Give, for example, {example!r} (its import must start no "
                 "runs), or use trackmark.evaluate."
             )
-        texts.append(str(tracker))
-    return tuple(texts)
+        specs.append(str(tracker))
+    return tuple(specs)
 
 
 def _named(trackers: Any) -> Iterator[tuple[str, Any]]:
@@ -156,8 +156,8 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
             "name, a file, a class with the methods init(image, box) and update(image), a function "
             "that creates such an object, or an object."
         )
-    kind = tracker if is_class or missing else type(tracker)
-    own_name = getattr(kind, "__name__", "tracker")
+    tracker_class = tracker if is_class or missing else type(tracker)
+    own_name = getattr(tracker_class, "__name__", "tracker")
     if is_class:
         plugin = validate_plugin(tracker, name or own_name)
     else:
@@ -168,7 +168,7 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
             )
         plugin = to_plugin(tracker if missing else lambda: tracker, name or own_name)
         plugin.__name__ = own_name
-    declared = getattr(kind, "name", "")
+    declared = getattr(tracker_class, "name", "")
     declared = declared if isinstance(declared, str) else ""
     label = name or declared or own_name
     if declared:
@@ -184,7 +184,7 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
         name=declared or (f"{file.name}:{own_name}" if file else own_name),
         preset=specification.preset,
         parameters=specification.parameters.model_dump(),
-        randomness=Randomness(getattr(kind, "randomness", plugin.randomness)),
+        randomness=Randomness(getattr(tracker_class, "randomness", plugin.randomness)),
         make=specification.create,
         file=file,
         class_name=own_name,

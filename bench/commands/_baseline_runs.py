@@ -15,13 +15,13 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import OpenedSequences, Plan
-    from trackmark.bench.regression.baseline import BaselineEntries
+    from trackmark.bench.regression.baseline import BaselineScores
 
 _HASH_SEED = "PYTHONHASHSEED"
 
@@ -32,7 +32,7 @@ class BaselineRunner:
 
     name: str  # name of the results folder
     specs: Mapping[str, str]  # specifications of the trackers, by label
-    sources: Mapping[str, SequenceSource]  # by name of the sequence
+    sources: Mapping[str, SequenceSpec]  # by name of the sequence
     options: EngineOptions
     digests: Mapping[str, str] = field(
         default_factory=dict
@@ -44,7 +44,7 @@ class BaselineRunner:
         """Results folder."""
         return self.options.results_root / self.name
 
-    def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineEntries":
+    def repeat(self, sequences: Mapping[str, Sequence[str]]) -> "BaselineScores":
         """Run repetition 0 again in new local processes with another hash seed for strings.
 
         `sequences`: see `run`.
@@ -57,14 +57,14 @@ class BaselineRunner:
 
     def run(
         self, sequences: Mapping[str, Sequence[str]], n_repetitions: int, *, temporary: bool = False
-    ) -> "BaselineEntries":
+    ) -> "BaselineScores":
         """Execute missing and failed runs; return the entries of all requested runs.
 
         `sequences`: names of the sequences, by tracker. `n_repetitions`: number of repetitions of
         stochastic trackers. `temporary`: the caller removes the output afterwards. Raises
         `BaselineError` before any run if a sequence has changed.
         """
-        from trackmark.bench.regression.baseline import stored_entries
+        from trackmark.bench.regression.baseline import stored_scores
 
         # Trackers with the same sequences share an execution: each frame is decoded once for all.
         labels_by_names: dict[tuple[str, ...], list[str]] = {}
@@ -103,7 +103,7 @@ class BaselineRunner:
         if not temporary:
             keys = [(*pair, 0, ONE_PASS) for pair in pairs]
             print_corner_hints(open_runs(self.folder).select(keys))
-        return stored_entries(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
+        return stored_scores(self.folder, {pair: counts[pair[0]] for pair in pairs}, self.sources)
 
     def _check_plan(self, plan: "Plan", labels: Sequence[str], names: Sequence[str]) -> None:
         """Raise `BaselineError` if a tracker or sequence was renamed, or a sequence has changed."""
@@ -112,10 +112,10 @@ class BaselineRunner:
         remedy = "or recreate the baseline with `trackmark baseline --force`."
         new_labels = [spec.label for spec in plan.trackers.values()]
         new_names = [sequence.name for sequence in plan.sequences]
-        for kind, old, new in (("tracker", labels, new_labels), ("sequence", names, new_names)):
+        for noun, old, new in (("tracker", labels, new_labels), ("sequence", names, new_names)):
             if list(old) != new:
                 raise BaselineError(
-                    f"the {kind}s of the baseline {', '.join(old)} are now called "
+                    f"the {noun}s of the baseline {', '.join(old)} are now called "
                     f"{', '.join(new)}. Restore the names, {remedy}"
                 )
         for sequence in plan.sequences:
@@ -141,7 +141,7 @@ def _other_hash_seed() -> Iterator[None]:
 
 
 def unrepeatable_runs(
-    entries: "BaselineEntries", repeated: "BaselineEntries"
+    scores: "BaselineScores", repeated: "BaselineScores"
 ) -> list[tuple[str, str]]:
     """Return the tracker–sequence pairs whose repeated run of repetition 0 gave different boxes.
 
@@ -150,26 +150,26 @@ def unrepeatable_runs(
     return [
         (tracker, name)
         for tracker, row in repeated.items()
-        for name, entry in row.items()
-        if entry.box_digests[0] not in ("", entries[tracker][name].box_digests[0])
+        for name, score in row.items()
+        if score.box_digests[0] not in ("", scores[tracker][name].box_digests[0])
     ]
 
 
-def with_failures(entries: "BaselineEntries", repeated: "BaselineEntries") -> "BaselineEntries":
+def with_failures(scores: "BaselineScores", repeated: "BaselineScores") -> "BaselineScores":
     """Return the entries with the failures of repeated runs added as failures of repetition 0."""
-    merged = {tracker: dict(row) for tracker, row in entries.items()}
+    merged = {tracker: dict(row) for tracker, row in scores.items()}
     for tracker, row in repeated.items():
-        for name, entry in row.items():
+        for name, score in row.items():
             again = {
                 repetition: f"{reason} (repeated run)"
-                for repetition, reason in entry.failures.items()
+                for repetition, reason in score.failures.items()
             }
             first = merged[tracker][name]
             merged[tracker][name] = replace(first, failures={**again, **first.failures})
     return merged
 
 
-def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refusal: str) -> bool:
+def check_scores(scores: "BaselineScores", repeated: "BaselineScores", refusal: str) -> bool:
     """Return whether all runs finished; otherwise, print the failures and `refusal`.
 
     The function also prints which stochastic trackers ignore their seed. Raises `BaselineError` if
@@ -177,13 +177,13 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
     """
     from trackmark.bench.regression.baseline import BaselineError
 
-    if lines := _failure_lines(with_failures(entries, repeated)):
+    if lines := _failure_lines(with_failures(scores, repeated)):
         print_message("\n".join([*lines, refusal]))
         return False
     undeclared = []
-    for tracker, name in unrepeatable_runs(entries, repeated):
+    for tracker, name in unrepeatable_runs(scores, repeated):
         line = f"{tracker} is not repeatable: repetition 0 gave different boxes in two runs"
-        if len(entries[tracker][name].overlap) == 1:
+        if len(scores[tracker][name].overlap) == 1:
             undeclared.append(f"{line}.")
         else:
             print_message(f"{line} on {name}.")
@@ -196,15 +196,15 @@ def check_entries(entries: "BaselineEntries", repeated: "BaselineEntries", refus
     return True
 
 
-def _failure_lines(entries: "BaselineEntries") -> list[str]:
+def _failure_lines(scores: "BaselineScores") -> list[str]:
     """Return a line per tracker with failed runs: their number and the first reason."""
     lines = []
-    for tracker, row in entries.items():
+    for tracker, row in scores.items():
         failed = [
-            (name, *failure) for name, entry in row.items() for failure in entry.failures.items()
+            (name, *failure) for name, score in row.items() for failure in score.failures.items()
         ]
         if failed:
-            runs = sum(len(entry.overlap) for entry in row.values())
+            runs = sum(len(score.overlap) for score in row.values())
             name, repetition, reason = failed[0]
             lines.append(
                 f"{tracker} failed in {len(failed)} of {runs} runs. "

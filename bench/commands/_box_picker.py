@@ -64,26 +64,26 @@ class _Handler(BaseHTTPRequestHandler):
     def do_GET(self) -> None:
         """Send the page, the boxes or a frame."""
         path = self._path_below_root()
-        kind, _, number = (path or "").partition("/")
+        resource, _, frame = (path or "").partition("/")
         if path == "":
-            self._answer(200, "text/html; charset=utf-8", PAGE.read_text("utf-8"))
+            self._respond(200, "text/html; charset=utf-8", PAGE.read_text("utf-8"))
         elif path == "state":
             self._send_state()
-        elif kind == "frame" and number.isdecimal() and len(number) < 10:
-            self._send_frame(int(number))
+        elif resource == "frame" and frame.isdecimal() and len(frame) < 10:
+            self._send_frame(int(frame))
         else:
-            self._answer(404, _TEXT, "Not found.")
+            self._respond(404, _TEXT, "Not found.")
 
     def do_POST(self) -> None:
         """Receive boxes as draft or for the file; `finish` also stops the server."""
         action = self._path_below_root()
         length = self.headers.get("Content-Length", "")
         if action not in ("draft", "save", "finish"):
-            self._answer(404, _TEXT, "Not found.")
+            self._respond(404, _TEXT, "Not found.")
         elif not (length.isascii() and length.isdecimal()):
-            self._answer(411, _TEXT, "The length of the boxes is missing.")
+            self._respond(411, _TEXT, "The length of the boxes is missing.")
         elif len(length) > 9 or int(length) > _MAX_BYTES:
-            self._answer(413, _TEXT, "The boxes have more than 10 MB. Draw fewer.")
+            self._respond(413, _TEXT, "The boxes have more than 10 MB. Draw fewer.")
         else:
             self._keep(self.rfile.read(int(length)), action)
 
@@ -98,7 +98,7 @@ class _Handler(BaseHTTPRequestHandler):
         try:
             note, self.server.note = files.reload() or self.server.note, ""
         except (OSError, ValueError) as error:
-            self._answer(400, _TEXT, _message(error))
+            self._respond(400, _TEXT, _message(error))
             return
         state = {
             "name": files.target.name,
@@ -107,42 +107,42 @@ class _Handler(BaseHTTPRequestHandler):
             "drawing": files.drawing.model_dump(),
             "note": note,
         }
-        self._answer(200, "application/json", json.dumps(state))
+        self._respond(200, "application/json", json.dumps(state))
 
-    def _keep(self, content: bytes, action: str) -> None:
+    def _keep(self, posted: bytes, action: str) -> None:
         """Keep posted boxes; `If-Match` is the version on which they are based."""
         try:
-            drawing = Drawing.model_validate_json(content)
-            text = self.server.files.keep(drawing, action, self.headers.get("If-Match"))
+            drawing = Drawing.model_validate_json(posted)
+            message = self.server.files.keep(drawing, action, self.headers.get("If-Match"))
         except ConflictError as error:
-            self._answer(412, _TEXT, str(error))
+            self._respond(412, _TEXT, str(error))
         except (OSError, ValueError) as error:
-            self._answer(400, _TEXT, _message(error))
+            self._respond(400, _TEXT, _message(error))
         else:
-            self._answer(200, _TEXT, text)
+            self._respond(200, _TEXT, message)
             if action == "finish":
                 self.server.shutdown()
 
-    def _send_frame(self, number: int) -> None:
+    def _send_frame(self, frame: int) -> None:
         import cv2
 
         try:
             with self.server.reading:
-                image = self.server.sequence[number]
+                image = self.server.sequence[frame]
         except (IndexError, datasets.SequenceError) as error:
-            self._answer(404, _TEXT, str(error))
+            self._respond(404, _TEXT, str(error))
             return
-        self._answer(200, "image/jpeg", cv2.imencode(".jpg", image)[1].tobytes())
+        self._respond(200, "image/jpeg", cv2.imencode(".jpg", image)[1].tobytes())
 
-    def _answer(self, status: int, kind: str, content: str | bytes) -> None:
+    def _respond(self, status: int, content_type: str, body: str | bytes) -> None:
         # A file name can contain bytes that are not UTF-8.
-        data = content.encode(errors="replace") if isinstance(content, str) else content
+        encoded = body.encode(errors="replace") if isinstance(body, str) else body
         self.send_response(status)
-        self.send_header("Content-Type", kind)
-        self.send_header("Content-Length", str(len(data)))
+        self.send_header("Content-Type", content_type)
+        self.send_header("Content-Length", str(len(encoded)))
         self.send_header("ETag", str(self.server.files.version))
         self.end_headers()
-        self.wfile.write(data)
+        self.wfile.write(encoded)
 
     def log_message(self, format: str, *arguments: Any) -> None:  # noqa: A002  # name in the base class
         """Print nothing."""

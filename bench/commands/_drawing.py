@@ -189,9 +189,9 @@ class DrawingFiles:
 
     def _set_draft_aside(self, video: str) -> str:
         """Rename the draft of another video, so that it is not lost; return a note."""
-        number = 1
-        while (other := self.draft.with_name(f"{self.draft.name}.{number}")).exists():
-            number += 1
+        suffix = 1
+        while (other := self.draft.with_name(f"{self.draft.name}.{suffix}")).exists():
+            suffix += 1
         self.draft.rename(other)
         owner = f"another video ({video})" if video else "another video"
         return (

@@ -91,12 +91,12 @@ def run_title(execution: "Execution") -> str:
     from trackmark.bench.execution.plan import RunStatus
 
     plan, missing = execution.plan, execution.tasks.n_runs
-    stored = f", {len(plan) - missing} stored" if missing < len(plan) else ""
+    stored_count = f", {len(plan) - missing} stored" if missing < len(plan) else ""
     stale = plan.count(RunStatus.STALE)
     replaced = f" (replacing stale runs: {stale})" if stale else ""
-    numbers = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
-    trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
-    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored}"
+    counts = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
+    trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in counts)
+    return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored_count}"
 
 
 def plan_and_execute(
@@ -122,8 +122,8 @@ def print_remarks(*executions: "Execution") -> None:
     sequences = {
         sequence.name: sequence for execution in executions for sequence in execution.plan.sequences
     }
-    for text in group_remarks(sequences.values()):
-        print_event("warning", text)
+    for remark in group_remarks(sequences.values()):
+        print_event("warning", remark)
 
 
 def progress_since(

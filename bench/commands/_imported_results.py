@@ -25,17 +25,17 @@ def imported_option() -> Any:
     )
 
 
-def parse_imported(texts: Sequence[str]) -> "list[ImportedTracker]":
+def parse_imported(arguments: Sequence[str]) -> "list[ImportedTracker]":
     """Return the imported trackers of `NAME=PATH` texts.
 
     Raises `ExchangeError` for a malformed text and `UsageError` for a repeated name.
     """
-    if not texts:
+    if not arguments:
         return []
     from trackmark.bench.exchange.importing import parse_imported_tracker
 
-    imported = [parse_imported_tracker(text) for text in texts]
-    labels = [entry.tracker for entry in imported]
+    imported = [parse_imported_tracker(argument) for argument in arguments]
+    labels = [tracker.tracker for tracker in imported]
     if repeated := [label for label in labels if labels.count(label) > 1]:
         raise click.UsageError(f"--results-of: the name {repeated[0]} is given twice.")
     return imported
@@ -44,14 +44,15 @@ def parse_imported(texts: Sequence[str]) -> "list[ImportedTracker]":
 def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder: Path) -> int:
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
-    from trackmark.bench.store.truth import add_truth_of
+    from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.truth import pack_truth, stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    for _, sequence in opened:
-        add_truth_of(folder, sequence)
-    number = import_results(imported, [origin for origin, _ in opened], folder, print_message)
+    truths = [pack_truth(sequence.fingerprint, stored_truth(sequence)) for _, sequence in opened]
+    RunStore(folder).add_all([], truths)
+    n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
     open_runs(folder)  # computes the scores
-    return number
+    return n_runs
 
 
 def with_imported(runs: "Runs", imported: "Sequence[ImportedTracker]") -> "Runs":

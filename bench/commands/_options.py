@@ -18,7 +18,7 @@ from click.shell_completion import CompletionItem
 from trackmark.bench.commands._progress import report_slow_work, silence_progress
 from trackmark.bench.experiments.experiment import (
     ExperimentError,
-    SequenceSource,
+    SequenceSpec,
     check_folder_name,
 )
 from trackmark.datasets.decoding import quote
@@ -317,7 +317,7 @@ def split_list(text: str) -> list[str]:
     return [item.strip() for item in text.split(",") if item.strip()]
 
 
-def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSource, ...]:
+def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSpec, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
     Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
@@ -331,4 +331,4 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSo
         names = select_sequences(split_list(text))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
-    return tuple(SequenceSource(name, truth) for name in names)
+    return tuple(SequenceSpec(name, truth) for name in names)

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import click
 
 if TYPE_CHECKING:
-    from trackmark.bench.experiments.experiment import SequenceSource
+    from trackmark.bench.experiments.experiment import SequenceSpec
 
 
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path] = ()) -> None:
@@ -54,14 +54,14 @@ def _real(path: Path) -> Path:
     return Path(os.path.realpath(path))
 
 
-def input_files(trackers: Iterable[str], sequences: Iterable["SequenceSource"]) -> list[Path]:
+def input_files(trackers: Iterable[str], sequences: Iterable["SequenceSpec"]) -> list[Path]:
     """Return the files and folders that specifications of trackers and sequences name."""
     sources = list(sequences)
     # File, class and options of a tracker are separated by colons: a.py:Mine:net=model.onnx.
-    parts = [part for text in trackers for part in text.split(":")]
-    files = [Path(part.partition("=")[2] or part) for part in parts]
+    fields = [field for spec in trackers for field in spec.split(":")]
+    files = [Path(field.partition("=")[2] or field) for field in fields]
     files += [source.truth for source in sources if source.truth is not None]
-    sequences_or_folders = [Path(source.text.partition(":")[0]) for source in sources]
+    sequences_or_folders = [Path(source.spec.partition(":")[0]) for source in sources]
     return [
         *(path for path in files if path.is_file()),
         *(path for path in sequences_or_folders if path.exists()),

@@ -71,20 +71,22 @@ def silence_progress() -> None:
     _Screen.quiet = True
 
 
-def print_message(text: str) -> None:
+def print_message(message: str) -> None:
     """Write a line to standard error."""
-    click.echo(text, err=True)
+    click.echo(message, err=True)
 
 
-def print_hint(text: str) -> None:
+def print_hint(hint: str) -> None:
     """Write a line to standard error, except with --quiet."""
     if not _Screen.quiet:
-        print_message(text)
+        print_message(hint)
 
 
-def print_event(kind: str, text: str) -> None:
-    """Write a line to standard error; outside a terminal, it starts with the time and `kind`."""
-    print_message(text if _in_terminal() else f"{time.strftime('%H:%M:%S')} {kind:<8} {text}")
+def print_event(event: str, message: str) -> None:
+    """Write a line to standard error; outside a terminal, it starts with the time and `event`."""
+    print_message(
+        message if _in_terminal() else f"{time.strftime('%H:%M:%S')} {event:<8} {message}"
+    )
 
 
 def _in_terminal() -> bool:
@@ -99,10 +101,10 @@ def duration(seconds: float) -> str:
     >>> duration(701), duration(30.2), duration(0.2), duration(7500)
     ('11 min 41 s', '30 s', '1 s', '2 h 5 min')
     """
-    whole = max(1, round(seconds))
-    if whole < 60:
-        return f"{whole} s"
-    minutes, rest = divmod(whole, 60)
+    rounded = max(1, round(seconds))
+    if rounded < 60:
+        return f"{rounded} s"
+    minutes, rest = divmod(rounded, 60)
     return f"{minutes} min {rest} s" if minutes < 60 else f"{minutes // 60} h {minutes % 60} min"
 
 
@@ -204,13 +206,16 @@ class RunProgress:
         return self
 
     def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, _: TracebackType | None
+        self,
+        error_type: type[BaseException] | None,
+        error: BaseException | None,
+        _: TracebackType | None,
     ) -> None:
         """Print the end, unless the work was aborted."""
         self._ended.set()
         self._show()
         self._stack.close()
-        if kind is None and self._began and self._bar is None and not _Screen.quiet:
+        if error_type is None and self._began and self._bar is None and not _Screen.quiet:
             where = f", {self._folder}" if self._folder else ""
             print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
@@ -260,18 +265,18 @@ class RunProgress:
             return
         self._failed += 1
         reason = str(row["failure"]).partition("\n")[0]
-        text = f"{row['tracker']} on {row['sequence']}, {reason}"
-        if len(self._failures) < _MAX_FAILURES and text not in self._failures:
-            self._failures.append(text)
+        message = f"{row['tracker']} on {row['sequence']}, {reason}"
+        if len(self._failures) < _MAX_FAILURES and message not in self._failures:
+            self._failures.append(message)
             if not _Screen.quiet:
-                print_event("FAILED", f"FAILED  {text}" if _in_terminal() else text)
+                print_event("FAILED", f"FAILED  {message}" if _in_terminal() else message)
 
-    def warn(self, text: str) -> None:
+    def warn(self, message: str) -> None:
         """Print a message on a sequence that cannot be read."""
         if self._bar is not None:
             self._bar.clear()
         if not _Screen.quiet:
-            print_event("ERROR", text)
+            print_event("ERROR", message)
 
     def _show(self) -> None:
         if self._bar is not None:

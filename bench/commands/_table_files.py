@@ -28,8 +28,8 @@ def list_written_files(paths: Collection[Path], first: str = "report.html") -> l
     ['a/c.txt', 'In its folder: 1 .csv, 1 .png.']
     """
     opened = [path for path in paths if path.name == first]
-    others = [path for path in paths if path.name != first]
-    counts = Counter(path.suffix for path in others)
-    where = "In its folder" if opened else others and others[0].parent
-    texts = ", ".join(f"{number} {suffix}" for suffix, number in counts.items())
-    return [*map(str, opened), *([f"{where}: {texts}."] if others else [])]
+    other_files = [path for path in paths if path.name != first]
+    counts = Counter(path.suffix for path in other_files)
+    where = "In its folder" if opened else other_files and other_files[0].parent
+    counted = ", ".join(f"{n} {suffix}" for suffix, n in counts.items())
+    return [*map(str, opened), *([f"{where}: {counted}."] if other_files else [])]

@@ -108,22 +108,22 @@ class SafeStream(TextIOBase):
         return self.through.errors
 
 
-def print_error(text: str) -> None:
+def print_error(message: str) -> None:
     """Print an error message on standard error."""
-    click.echo(f"trackmark: {text}", err=True, color=True)  # unchanged: the stream escapes it
+    click.echo(f"trackmark: {message}", err=True, color=True)  # unchanged: the stream escapes it
 
 
-def _shortened(text: str) -> str:
+def _shortened(message: str) -> str:
     """Return a message with the middle of overlong lines removed."""
     return "".join(
         line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 300]} … {line[-200:]}"
-        for line in printable(text).splitlines(keepends=True)
+        for line in printable(message).splitlines(keepends=True)
     )
 
 
-def _in_columns(text: str) -> str:
+def _in_columns(message: str) -> str:
     """Return a message in lines of the terminal's width."""
-    return wrap(_shortened(text), sys.stderr)
+    return wrap(_shortened(message), sys.stderr)
 
 
 def _uncut(text: str) -> str:

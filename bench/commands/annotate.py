@@ -150,12 +150,12 @@ def command(options: AnnotateOptions) -> None:
     )
 
 
-def _marked(texts: tuple[str, ...], key_frames: Path | None) -> dict[int, list[float]]:
+def _marked(box_options: tuple[str, ...], key_frames: Path | None) -> dict[int, list[float]]:
     """Return the boxes of key frames; a box of --box replaces that frame's box of --key-frames."""
     from trackmark.datasets import truth_file
 
     marked: dict[int, list[float]] = {}
-    for frame, box in map(_parse_box, texts):
+    for frame, box in map(_parse_box, box_options):
         if frame in marked:
             raise click.BadParameter(
                 f"frame {frame} has two boxes. Give one box per frame.", param_hint="--box"
@@ -191,28 +191,28 @@ def _read_drawing(file: Path) -> "Drawing":
     return Drawing(boxes=boxes, absent=[(i, i) for i in between if is_absent[i]])
 
 
-def _parse_box(text: str) -> tuple[int, list[float]]:
+def _parse_box(option: str) -> tuple[int, list[float]]:
     """Return frame and box of `FRAME:X,Y,WIDTH,HEIGHT`."""
-    frame, _, numbers = text.partition(":")
+    frame, _, values = option.partition(":")
     try:
-        box = [float(number) for number in numbers.split(",")]
+        box = [float(value) for value in values.split(",")]
         if len(box) == 4:
             return int(frame), box
     except ValueError:
         pass
     raise click.BadParameter(
-        f"{text!r} is not FRAME:X,Y,WIDTH,HEIGHT. Use, for example, 0:310,120,64,80.",
+        f"{option!r} is not FRAME:X,Y,WIDTH,HEIGHT. Use, for example, 0:310,120,64,80.",
         param_hint="--box",
     )
 
 
-def _frame_range(text: str) -> tuple[int, int]:
-    first, dash, last = text.partition("-")
+def _frame_range(option: str) -> tuple[int, int]:
+    first, dash, last = option.partition("-")
     try:
         return int(first), int(last if dash else first)
     except ValueError:
         raise click.BadParameter(
-            f"{text!r} is not FIRST-LAST. Use, for example, 10-25.", param_hint="--absent"
+            f"{option!r} is not FIRST-LAST. Use, for example, 10-25.", param_hint="--absent"
         ) from None
 
 
@@ -252,5 +252,5 @@ def _check_strip(sequence: "Sequence", truth: "GroundTruth", title: str) -> "NDA
         for source in ("marked", "interpolated")
     }
     with_box = np.flatnonzero(sources != "")
-    numbers = with_box[evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)].tolist()
-    return film_strip(sequence.__getitem__, numbers, boxes, title, 6)
+    frames = with_box[evenly_spaced(0, len(with_box) - 1, STRIP_FRAMES)].tolist()
+    return film_strip(sequence.__getitem__, frames, boxes, title, 6)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._baseline_runs import BaselineRunner, check_entries
+from trackmark.bench.commands._baseline_runs import BaselineRunner, check_scores
 from trackmark.bench.commands._options import (
     Command,
     EngineOptions,
@@ -93,19 +93,19 @@ def command(options: BaselineOptions) -> int:
     requested = Experiment(experiment, tuple(trackers), sequences)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, RunStore(options.results_root / experiment), {})
-    texts = {spec.label: text for text, spec in plan.trackers.items()}
+    specs = {tracker.label: spec for spec, tracker in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
-    runner = BaselineRunner(experiment, texts, sources, options)
-    names = {label: list(sources) for label in texts}
-    entries = runner.run(names, options.repetitions)
-    repeated = runner.repeat({label: list(sources)[:1] for label in texts})
-    if not check_entries(entries, repeated, f"{path} is not written: runs failed."):
+    runner = BaselineRunner(experiment, specs, sources, options)
+    names = {label: list(sources) for label in specs}
+    scores = runner.run(names, options.repetitions)
+    repeated = runner.repeat({label: list(sources)[:1] for label in specs})
+    if not check_scores(scores, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(entries, texts, options.repetitions, options.detectable_drop, environment)
+    baseline = Baseline(scores, specs, options.repetitions, options.detectable_drop, environment)
     write_baseline(baseline, path)
-    runs = sum(len(entry.overlap) for row in entries.values() for entry in row.values())
+    runs = sum(len(score.overlap) for row in scores.values() for score in row.values())
     click.echo(
-        f"{path}: {len(texts)} tracker{'s' * (len(texts) != 1)}, {len(sources)} "
+        f"{path}: {len(specs)} tracker{'s' * (len(specs) != 1)}, {len(sources)} "
         f"sequence{'s' * (len(sources) != 1)}, {runs} run{'s' * (runs != 1)}.\n"
         f"Commit it; `trackmark check {name}` compares with it."
     )
@@ -123,8 +123,8 @@ def _sensitivity(baseline: "Baseline") -> list[str]:
     from trackmark.bench.statistics.accuracy_drop import found_drop, missed_drops
 
     scores_of = {
-        tracker: [entry.overlap for entry in row.values()]
-        for tracker, row in baseline.entries.items()
+        tracker: [score.overlap for score in row.values()]
+        for tracker, row in baseline.scores.items()
     }
     scores_of = {
         tracker: scores

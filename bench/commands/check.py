@@ -16,7 +16,7 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import (
     BaselineRunner,
-    check_entries,
+    check_scores,
     unrepeatable_runs,
     with_failures,
 )
@@ -50,12 +50,12 @@ EXIT_INCONCLUSIVE = 3
 _FILE = click.Path(path_type=Path, dir_okay=False)
 
 
-def _seconds(text: str) -> float:
-    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", text.strip())
+def _seconds(duration: str) -> float:
+    match = re.fullmatch(r"(\d+(?:\.\d+)?) ?(s|min|h)", duration.strip())
     seconds = float(match[1]) * {"s": 1, "min": 60, "h": 3600}[match[2]] if match else inf
     if not isfinite(seconds):
         raise click.BadParameter(
-            f"{quote(text)} is not a valid duration. Use, for example, 90s, 10min or 2h."
+            f"{quote(duration)} is not a valid duration. Use, for example, 90s, 10min or 2h."
         )
     return seconds
 
@@ -141,35 +141,39 @@ def command(options: CheckOptions) -> int:
     path = baseline_path(options.name)
     baseline = read_baseline(path)
     _check_usage(baseline, options)
-    sources = {entry.source for row in baseline.entries.values() for entry in row.values()}
+    sources = {score.source for row in baseline.scores.values() for score in row.values()}
     inputs = [path, *input_files(baseline.specs.values(), sources)]
     inputs += [] if options.families is None else [options.families]
     check_outputs({"--markdown": options.markdown, "--junit": options.junit}, inputs)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    before = _part(baseline, options).with_repetitions(
+    before = _selected(baseline, options).with_repetitions(
         options.repetitions or baseline.n_repetitions
     )
-    entries = {name: entry for row in before.entries.values() for name, entry in row.items()}
+    score_of_sequence = {
+        name: score for row in before.scores.values() for name, score in row.items()
+    }
     families = (
-        None if options.families is None else read_families(options.families).by_name(entries)
+        None
+        if options.families is None
+        else read_families(options.families).by_name(score_of_sequence)
     )
     speeds: dict[str, SpeedChange] = {}
     if options.revision is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
-        trackers = list(before.entries)
+        trackers = list(before.scores)
         speeds = check_speeds(baseline, trackers, options.revision, options.budget, print_message)
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.specs,
-        {name: entry.source for name, entry in entries.items()},
+        {name: score.source for name, score in score_of_sequence.items()},
         options,
-        {name: entry.fingerprint for name, entry in entries.items()},
+        {name: score.fingerprint for name, score in score_of_sequence.items()},
     )
     now = runner.run(
-        {tracker: list(row) for tracker, row in before.entries.items()}, before.n_repetitions
+        {tracker: list(row) for tracker, row in before.scores.items()}, before.n_repetitions
     )
-    check_equal_scores(path, before.entries, now)
-    repeated = runner.repeat(changed_sequences(before.entries, now))
+    check_equal_scores(path, before.scores, now)
+    repeated = runner.repeat(changed_sequences(before.scores, now))
     not_repeatable = unrepeatable_runs(now, repeated)
     now = with_failures(now, repeated)
     result = check(before, now, environment, not_repeatable, families)
@@ -198,9 +202,9 @@ def _check_usage(baseline: "Baseline", options: CheckOptions) -> None:
     accept, repetitions = options.accept, options.repetitions
     if (accept is None) != (not (options.reason or "").strip()):
         raise click.UsageError("--accept TRACKER requires --reason TEXT, and vice versa.")
-    if accept is not None and accept not in baseline.entries:
+    if accept is not None and accept not in baseline.scores:
         raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.entries)}."
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.scores)}."
         )
     if accept is not None and (options.is_timed or repetitions is not None):
         raise click.UsageError("--accept cannot be combined with --timing or --repetitions.")
@@ -216,25 +220,25 @@ def _check_usage(baseline: "Baseline", options: CheckOptions) -> None:
         )
 
 
-def _part(baseline: "Baseline", options: CheckOptions) -> "Baseline":
+def _selected(baseline: "Baseline", options: CheckOptions) -> "Baseline":
     """Return the selected part of the baseline: with --accept, all entries of this tracker."""
     trackers = [options.accept] if options.accept else split_list(options.trackers)
     sequences = ["*"] if options.accept else _with_canonical_names(split_list(options.sequences))
-    entries = {
+    scores = {
         tracker: {
-            name: entry for name, entry in row.items() if _fits(sequences, name, entry.source.text)
+            name: score for name, score in row.items() if _fits(sequences, name, score.source.spec)
         }
-        for tracker, row in baseline.entries.items()
+        for tracker, row in baseline.scores.items()
         if _fits(trackers, tracker, baseline.specs[tracker])
     }
-    entries = {tracker: row for tracker, row in entries.items() if row}
-    if not entries:
+    scores = {tracker: row for tracker, row in scores.items() if row}
+    if not scores:
         raise click.UsageError(
             f"no entry of the baseline matches --trackers {options.trackers!r} and --sequences "
-            f"{options.sequences!r}. Trackers: {_first_names(baseline.entries)}. Sequences: "
-            f"{_first_names({name for row in baseline.entries.values() for name in row})}."
+            f"{options.sequences!r}. Trackers: {_first_names(baseline.scores)}. Sequences: "
+            f"{_first_names({name for row in baseline.scores.values() for name in row})}."
         )
-    return replace(baseline, entries=entries)
+    return replace(baseline, scores=scores)
 
 
 def _first_names(names: Collection[str]) -> str:
@@ -255,13 +259,13 @@ def _fits(patterns: Sequence[str], *names: str) -> bool:
     return any(map(matches, selecting)) and not any(map(matches, excluded))
 
 
-def _with_canonical_names(texts: Sequence[str]) -> list[str]:
+def _with_canonical_names(names: Sequence[str]) -> list[str]:
     """Return the texts and, of built-in sequences, also the canonical names."""
     from trackmark import datasets
     from trackmark.datasets.catalogue import is_built_in
 
-    built_in = [text for text in texts if is_built_in(text) and not {"*", "?"} & set(text)]
-    return [*texts, *(datasets.name_and_fingerprint(text)[0] for text in built_in)]
+    built_in = [name for name in names if is_built_in(name) and not {"*", "?"} & set(name)]
+    return [*names, *(datasets.name_and_fingerprint(name)[0] for name in built_in)]
 
 
 def _verdict(result: "Check", speeds: "Mapping[str, SpeedChange]") -> str:
@@ -280,7 +284,7 @@ def _accept(
 
     tracker, reason = str(options.accept), str(options.reason)
     repeated = runner.repeat({tracker: list(result.now[tracker])[:1]})
-    if not check_entries(result.now, repeated, f"{path} is not changed: runs failed."):
+    if not check_scores(result.now, repeated, f"{path} is not changed: runs failed."):
         return EXIT_NEGATIVE
     today = datetime.now(UTC).date().isoformat()
     write_baseline(baseline.with_accepted(tracker, result.now, reason, today), path)
@@ -294,14 +298,17 @@ def _show(result: "Check", speeds: "Mapping[str, SpeedChange]", options: CheckOp
     from trackmark.bench.regression.speed import speed_cases, speed_data, speed_table
     from trackmark.reports.renderers import to_markdown
 
-    tables = [table(result, whole=options.verbose), *([speed_table(speeds)] if speeds else [])]
+    tables = [
+        table(result, with_identical=options.verbose),
+        *([speed_table(speeds)] if speeds else []),
+    ]
     if options.as_json:
-        data = check_json(result) | {"verdict": _verdict(result, speeds)}
+        json_object = check_json(result) | {"verdict": _verdict(result, speeds)}
         if speeds:
-            data["times"] = speed_data(speeds)
-        click.echo(json.dumps(data, allow_nan=False))
+            json_object["times"] = speed_data(speeds)
+        click.echo(json.dumps(json_object, allow_nan=False))
     elif not options.quiet:
-        click.echo("".join(map(_text, tables)), nl=False)
+        click.echo("".join(map(_table_text, tables)), nl=False)
     if options.markdown is not None:
         _write(
             options.markdown,
@@ -314,7 +321,7 @@ def _show(result: "Check", speeds: "Mapping[str, SpeedChange]", options: CheckOp
         _write(options.junit, check_junit(result, speed_cases(speeds)))
 
 
-def _text(table: "Table") -> str:
+def _table_text(table: "Table") -> str:
     """Return the table, or only its notes if nothing changed."""
     from trackmark.reports.renderers import terminal_lines
 
@@ -322,8 +329,8 @@ def _text(table: "Table") -> str:
     return "".join(f"{line}\n" for line in lines)
 
 
-def _write(file: Path, text: str) -> None:
+def _write(file: Path, markup: str) -> None:
     from trackmark.bench.output_files import write_file
     from trackmark.reports.printable import printable
 
-    write_file(file, printable(text))
+    write_file(file, printable(markup))

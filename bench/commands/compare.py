@@ -144,7 +144,7 @@ def command(options: CompareOptions) -> int:
             runs = with_imported(runs, imported_trackers)
         _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
     elif trackers:
-        runs, labels = _run(options, [text for _, text in trackers], imported_trackers)
+        runs, labels = _run(options, [spec for _, spec in trackers], imported_trackers)
     else:
         runs = imported_runs(imported_trackers, options.sequences or "")
     if labels is not None:
@@ -202,9 +202,7 @@ def _trackers(
 
     The tracker of --against is added to the named trackers.
     """
-    trackers = [
-        (label, text) for text in split_list(",".join(options.trackers)) for label in [_label(text)]
-    ]
+    trackers = [(_label(spec), spec) for spec in split_list(",".join(options.trackers))]
     if options.against is None or options.against in imported:
         return trackers, options.against
     against = _label(options.against)
@@ -213,15 +211,15 @@ def _trackers(
     return trackers, against
 
 
-def _label(text: str) -> str:
-    """Return the label of a specification; the text itself if there is no such tracker."""
+def _label(spec: str) -> str:
+    """Return the label of a specification, which is its own label if there is no such tracker."""
     from trackmark.bench.experiments.tracker_spec import resolve_specs
     from trackmark.trackers import TrackerError
 
     try:
-        return resolve_specs([text])[text].label
+        return resolve_specs([spec])[spec].label
     except TrackerError:
-        return text  # stored runs can be compared without the tracker
+        return spec  # stored runs can be compared without the tracker
 
 
 def _run(
@@ -270,8 +268,8 @@ def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
     folder = options.output
     for metrics, comparison in compared.items():
         if options.as_json:
-            data = {"metrics": metrics, **as_data(comparison)}
-            click.echo(json.dumps(data, allow_nan=False))
+            json_object = {"metrics": metrics, **as_data(comparison)}
+            click.echo(json.dumps(json_object, allow_nan=False))
         else:
             lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
             click.echo("\n".join(lines))
@@ -293,6 +291,5 @@ def _write(comparison: "Comparison", folder: Path) -> list[str]:
 
     paths = [*write_tables(folder, files(comparison)), *write_differences(comparison, folder)]
     file = folder / "paragraph.txt"
-    text = f"{paragraph(comparison)}\n"
-    paths.append(write_file(file, text))
+    paths.append(write_file(file, f"{paragraph(comparison)}\n"))
     return list_written_files(paths, file.name)

@@ -58,7 +58,7 @@ def command(options: DemoOptions) -> int:
     results = options.output / "results" / experiment.name
     engine_options = EngineOptions(results_root=results.parent, jobs=options.jobs)
     # Timing runs come first: the table of scores includes their times.
-    timed = replace(experiment, timing=True, repetitions=1)
+    timed = replace(experiment, is_timing=True, repetitions=1)
     executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
     title = (
         f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "

@@ -30,7 +30,7 @@ class DescribeOptions(JsonOptions):
 
     name: str = argument()
     truth: Path | None = truth_option()
-    measure: bool = option(
+    with_attributes: bool = option(
         "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
     )
 
@@ -53,14 +53,16 @@ def command(options: DescribeOptions) -> None:
     if not name.strip():
         raise click.UsageError("NAME is empty. Give a name of `trackmark list` or a path.")
     description = _tracker(name) or (_named(name) if truth is None else None)
-    data, lines = description or _sequence(name, truth, measure=options.measure)
-    as_json = json.dumps(data, indent=1, default=str) if options.as_json else ""
+    json_object, lines = description or _sequence(
+        name, truth, with_attributes=options.with_attributes
+    )
+    as_json = json.dumps(json_object, indent=1, default=str) if options.as_json else ""
     click.echo(as_json or wrap("\n".join(map(_join_lines, lines))))
 
 
-def _join_lines(text: str) -> str:
+def _join_lines(prose: str) -> str:
     """Return the text with one line per paragraph; lists and indented lines are kept."""
-    return re.sub(r"(?<=\S)\n(?![\s*|-])", " ", text)
+    return re.sub(r"(?<=\S)\n(?![\s*|-])", " ", prose)
 
 
 Description = tuple[dict[str, Any], list[str]]
@@ -78,24 +80,24 @@ def _tracker(name: str) -> Description | None:
         return None
     plain, options = split_text(name)
     try:
-        data = describe_tracker(name if is_external(plain, options) else plain)
+        json_object = describe_tracker(name if is_external(plain, options) else plain)
     except trackers.TrackerError as error:
         if outside or is_outside(plain):
             raise
         # A library of the tracker is not installed.
         unusable = f"{error} `describe` then shows its parameters, too."
-        data = {"name": plain, "summary": summary(plain), "unusable": unusable}
-        return data, [plain, "", data["summary"], "", unusable]
-    data["name"] = options.get("as", data["name"])
-    lines = [data["name"], "", data["summary"], ""]
-    if data["paper"]:
-        lines.append(f"paper       {data['paper']}")
-    lines += [f"randomness  {data['randomness']}", "presets"]
-    for preset, values in data["presets"].items():
+        json_object = {"name": plain, "summary": summary(plain), "unusable": unusable}
+        return json_object, [plain, "", json_object["summary"], "", unusable]
+    json_object["name"] = options.get("as", json_object["name"])
+    lines = [json_object["name"], "", json_object["summary"], ""]
+    if json_object["paper"]:
+        lines.append(f"paper       {json_object['paper']}")
+    lines += [f"randomness  {json_object['randomness']}", "presets"]
+    for preset, values in json_object["presets"].items():
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
-        default = " (the default)" if preset == data["default_preset"] else ""
+        default = " (the default)" if preset == json_object["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
-    return data, lines + _parameter_lines(data["parameters"])
+    return json_object, lines + _parameter_lines(json_object["parameters"])
 
 
 def _named(name: str) -> Description | None:
@@ -104,16 +106,16 @@ def _named(name: str) -> Description | None:
 
     bare = name.partition(":")[0]
     if metrics.are_metrics(name):
-        data, lines = _metrics(name)
+        json_object, lines = _metrics(name)
         if name in protocols.names():  # metrics and a protocol have this name
-            data["protocol"] = protocols.describe(name)
-            lines += ["", *_protocol_lines(data["protocol"])]
-        return data, lines
+            json_object["protocol"] = protocols.describe_protocol(name)
+            lines += ["", *_protocol_lines(json_object["protocol"])]
+        return json_object, lines
     if bare in protocols.names():
-        data = protocols.describe(name)
-        return data, _protocol_lines(data)
-    if name.isidentifier() and (data := _attribute(name)):
-        return data, [f"{key:11} {value}" for key, value in data.items() if value]
+        json_object = protocols.describe_protocol(name)
+        return json_object, _protocol_lines(json_object)
+    if name.isidentifier() and (json_object := _attribute(name)):
+        return json_object, [f"{key:11} {value}" for key, value in json_object.items() if value]
     return _several(name)
 
 
@@ -122,7 +124,7 @@ def _metrics(name: str) -> Description:
 
     definitions = metrics.find_metrics(name)
     summary, _, definition = metrics.describe(name).partition("\n\n")
-    data = {
+    json_object = {
         "name": metrics.canonical_name(name),
         "summary": summary,
         "definition": definition,
@@ -142,25 +144,32 @@ def _metrics(name: str) -> Description:
     for key, metric in definitions.metrics.items():
         perfect = "" if metric.best_value is None else f"{metric.best_value:.3g}"
         lines.append(f"  {key:{width}}  {perfect:5}  {metric.meaning}")
-    return data, lines
+    return json_object, lines
 
 
-def _protocol_lines(data: dict[str, Any]) -> list[str]:
-    lines = [f"protocol {data['name']}", "", data["summary"], "", data["definition"], ""]
-    lines.append(f"metrics      {data['metrics']} (of its runs by default)")
-    return lines + _parameter_lines(data["parameters"])
+def _protocol_lines(description: dict[str, Any]) -> list[str]:
+    lines = [
+        f"protocol {description['name']}",
+        "",
+        description["summary"],
+        "",
+        description["definition"],
+        "",
+    ]
+    lines.append(f"metrics      {description['metrics']} (of its runs by default)")
+    return lines + _parameter_lines(description["parameters"])
 
 
 def _parameter_lines(parameters: list[dict[str, Any]]) -> list[str]:
     """Return a heading and one line per parameter with its default, meaning and type."""
     if not parameters:
         return []
-    texts = [f"{parameter['name']}={parameter['default']}" for parameter in parameters]
-    width = max(len(text) for text in texts)
+    assignments = [f"{parameter['name']}={parameter['default']}" for parameter in parameters]
+    width = max(len(assignment) for assignment in assignments)
     return ["parameters"] + [
-        f"  {text:{width}}  {parameter['meaning']}"
+        f"  {assignment:{width}}  {parameter['meaning']}"
         + (f" ({parameter['type']})" if "|" in parameter.get("type", "") else "")
-        for text, parameter in zip(texts, parameters, strict=True)
+        for assignment, parameter in zip(assignments, parameters, strict=True)
     ]
 
 
@@ -193,12 +202,12 @@ def _several(name: str) -> Description | None:
     if names == [name]:
         return None
     formats = dict.fromkeys(filter(None, map(datasets.path_format, names)))
-    data: dict[str, Any] = {
+    json_object: dict[str, Any] = {
         "name": name,
         "sequences": len(names),
         "format": "; ".join(formats) or "built-in sequences",
     }
-    lines = [f"{key:12} {value}" for key, value in data.items()]
+    lines = [f"{key:12} {value}" for key, value in json_object.items()]
     coverages = [entry for text in formats for entry in _coverages(text, names)]
     lines += [f"{'official':12} {entry}" for entry in coverages]
     official = [
@@ -210,7 +219,7 @@ def _several(name: str) -> Description | None:
         }
         for entry in coverages
     ]
-    return {**data, "official": official, "sequence_names": names}, lines + [
+    return {**json_object, "official": official, "sequence_names": names}, lines + [
         f"  {x}" for x in names
     ]
 
@@ -225,7 +234,7 @@ def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
     return official_sets.compare(reader, names)
 
 
-def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
+def _sequence(name: str, truth: Path | None, *, with_attributes: bool) -> Description:
     from trackmark import datasets, trackers
     from trackmark.trackers.base.parameters import closest_match
 
@@ -240,7 +249,7 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
     width, height = metadata.size
     none = f"none {metadata.truth_missing}".strip()
     origin = metadata.origin
-    data: dict[str, Any] = {
+    json_object: dict[str, Any] = {
         "name": metadata.name,
         "frames": metadata.length,
         "size": f"{width}x{height} pixels",
@@ -256,19 +265,20 @@ def _sequence(name: str, truth: Path | None, *, measure: bool) -> Description:
         "citation": origin.citation,
         "fingerprint": metadata.fingerprint,
     }
-    fields = data | ({"fps": f"{metadata.fps:.5g}"} if metadata.fps else {})
+    fields = json_object | ({"fps": f"{metadata.fps:.5g}"} if metadata.fps else {})
     lines = [f"{key.replace('_', ' '):12} {value}" for key, value in fields.items() if value]
-    data["parameters"] = datasets.options(name)
-    lines += _parameter_lines(data["parameters"])
-    if measure:
-        data["measured_attributes"] = _measured(name, truth)
+    json_object["parameters"] = datasets.options(name)
+    lines += _parameter_lines(json_object["parameters"])
+    if with_attributes:
+        json_object["measured_attributes"] = _measured(name, truth)
         lines.append("measured (`trackmark describe NAME` defines each)")
-        for attribute, entry in data["measured_attributes"].items():
-            value = "none" if entry["value"] is None else f"{entry['value']:.3g}"
+        for attribute, measured in json_object["measured_attributes"].items():
+            value = "none" if measured["value"] is None else f"{measured['value']:.3g}"
             lines.append(
-                f"  {attribute:18} {value:>8} {entry['unit']:14} {entry['statistic']} of frames"
+                f"  {attribute:18} {value:>8} {measured['unit']:14} "
+                f"{measured['statistic']} of frames"
             )
-    return data, lines
+    return json_object, lines
 
 
 def _measured(name: str, truth: Path | None) -> dict[str, Any]:

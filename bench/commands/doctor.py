@@ -32,7 +32,7 @@ def command(options: JsonOptions) -> int:
     Exit codes: 0 no problem; 1 at least one problem, which is printed with a remedy.
     """
     versions = _versions()
-    data: dict[str, Any] = {
+    findings: dict[str, Any] = {
         "environment": {
             "trackmark": package_version(),
             "python": f"{platform.python_version()} ({sys.executable})",
@@ -46,9 +46,9 @@ def command(options: JsonOptions) -> int:
         "problems": _library_problems(versions) + _data_problems(),
     }
     if options.as_json:
-        click.echo(json.dumps(data, indent=1))
+        click.echo(json.dumps(findings, indent=1))
     else:
-        for heading, items in data.items():
+        for heading, items in findings.items():
             click.echo(heading)
             if isinstance(items, list):
                 lines = items or ["none"]
@@ -57,7 +57,7 @@ def command(options: JsonOptions) -> int:
                 lines = [f"{key:{width}}  {value}" for key, value in items.items()]
             for line in lines:
                 click.echo(wrap(f"  {line}"))
-    return EXIT_NEGATIVE if data["problems"] else 0
+    return EXIT_NEGATIVE if findings["problems"] else 0
 
 
 def _versions() -> dict[str, str]:
@@ -98,8 +98,8 @@ def _kernel_folders() -> set[Path]:
     folders: set[Path] = set()
     for file in package.rglob("*.py"):
         if "@njit(cache=True" in file.read_text():
-            parts = file.relative_to(package.parents[1]).with_suffix("").parts
-            for value in vars(importlib.import_module(".".join(parts))).values():
+            module_names = file.relative_to(package.parents[1]).with_suffix("").parts
+            for value in vars(importlib.import_module(".".join(module_names))).values():
                 path = getattr(getattr(value, "stats", None), "cache_path", None)
                 folders |= {Path(path)} if path else set()
     return folders

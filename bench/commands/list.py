@@ -41,12 +41,14 @@ def command(options: ListOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage.
     """
-    data = {name: _summaries(name) for name in ((options.kind,) if options.kind else KINDS)}
+    summaries_by_kind = {
+        name: _summaries(name) for name in ((options.kind,) if options.kind else KINDS)
+    }
     if options.as_json:
-        click.echo(json.dumps(data, indent=1))
+        click.echo(json.dumps(summaries_by_kind, indent=1))
         return
-    width = max(len(name) for summaries in data.values() for name in summaries)
-    for position, (heading, summaries) in enumerate(data.items()):
+    width = max(len(name) for summaries in summaries_by_kind.values() for name in summaries)
+    for position, (heading, summaries) in enumerate(summaries_by_kind.items()):
         if options.kind is None:
             click.echo(("\n" if position else "") + heading)
         for name, summary in summaries.items():
@@ -86,7 +88,7 @@ def _summaries(kind: str) -> dict[str, str]:
     if kind == "protocols":
         from trackmark.bench import protocols
 
-        return {name: protocols.describe(name)["summary"] for name in protocols.names()}
+        return {name: protocols.describe_protocol(name)["summary"] for name in protocols.names()}
     if kind == "formats":
         from trackmark.datasets import readers
 

@@ -61,7 +61,9 @@ class ReportOptions(ScreenOptions):
         "Write the page, tables in every format, plots and film strips to this folder.  "
         "[default: only the page, to RESULTS]"
     )
-    frames: bool = output_option("Write frames in full size next to the page.")
+    with_full_frames: bool = output_option(
+        "Write frames in full size next to the page.", "--frames"
+    )
     results_of: tuple[str, ...] = imported_option()
     sequences: str | None = option(
         "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
@@ -109,7 +111,7 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError("--json and --format exclude each other. Give one.")
     if options.form in FIGURES and (options.output is None or options.no_pictures):
         raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
-    if options.frames and not options.has_page:
+    if options.with_full_frames and not options.has_page:
         raise click.UsageError("--frames requires a page, which is not written. Give --output.")
     imported = parse_imported(options.results_of)
     if results is None:
@@ -119,11 +121,11 @@ def command(options: ReportOptions) -> int:
         if imported:
             experiments = [with_imported(runs, imported) for runs in experiments]
     for runs in experiments:
-        _report(runs, options, several=len(experiments) > 1)
+        _report(runs, options, with_folder_name=len(experiments) > 1)
     return _print_left_out(experiments)
 
 
-def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
+def _report(runs: "Runs", options: ReportOptions, *, with_folder_name: bool) -> None:
     """Print and write the report on an experiment; captions name its folder if it is not alone."""
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
@@ -131,7 +133,7 @@ def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
 
     metrics, folder = options.metrics, options.output
     title = runs.title
-    if several and runs.folder is not None and title != runs.folder.name:
+    if with_folder_name and runs.folder is not None and title != runs.folder.name:
         title = f"{runs.folder.name}: {title}"
     with report_slow_work("Scoring runs"):
         tables, with_curves = metric_tables(runs, metrics, title)
@@ -145,7 +147,7 @@ def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
             _print_answer(runs, options)
         _print(tables, options)
     else:
-        _print_summary(runs, tables, options, title if several else "")
+        _print_summary(runs, tables, options, title if with_folder_name else "")
     print_corner_hints(runs)
     target, files = runs.folder or Path("report"), list[Path]()
     figures = None
@@ -153,13 +155,13 @@ def _report(runs: "Runs", options: ReportOptions, *, several: bool) -> None:
         # Imports of Matplotlib and SciPy's statistics take longer than a report on the terminal.
         from trackmark.bench.pages.report_figures import FigureFiles
 
-        target = folder / target.name if several else folder
+        target = folder / target.name if with_folder_name else folder
         files += write_tables(target, tables)
         suffix = f".{options.form}" if options.form in FIGURES else ".png"
         figures = FigureFiles(suffix, print_message, with_curves, curves, annotated)
     if options.has_page:
         page = target / "report.html"
-        files += _write_page(runs, page, tables, title, commands, options.frames, figures)
+        files += _write_page(runs, page, tables, title, commands, options.with_full_frames, figures)
     for line in list_written_files(files):
         print_message(line)
 
@@ -217,14 +219,14 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
     from trackmark.reports.renderers import FORMATS, terminal_lines, to_json
 
     if options.as_json:
-        texts = [*map(to_json, tables)]
+        rendered = [*map(to_json, tables)]
     elif options.form in TEXTS or options.verbose:
         _, render = FORMATS[options.form if options.form in TEXTS else "text"]
-        texts = [*map(render, tables)]
+        rendered = [*map(render, tables)]
     else:
-        texts = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]
-    if texts:
-        click.echo("\n".join(texts))
+        rendered = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]
+    if rendered:
+        click.echo("\n".join(rendered))
 
 
 def _write_page(
@@ -233,7 +235,7 @@ def _write_page(
     tables: "list[Table]",
     title: str,
     commands: "Commands",
-    full: bool,
+    with_full_frames: bool,
     figures: "FigureFiles | None",
 ) -> list[Path]:
     """Write the page and return its files."""
@@ -243,7 +245,14 @@ def _write_page(
     try:
         with progress_bar("Drawing the report", None, "frame") as progress:
             return write_report_page(
-                runs, path, tables, title, commands, progress, full=full, figures=figures
+                runs,
+                path,
+                tables,
+                title,
+                commands,
+                progress,
+                with_full_frames=with_full_frames,
+                figures=figures,
             )
     except OSError as error:
         raise ResultsError(

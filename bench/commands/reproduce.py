@@ -123,10 +123,10 @@ def _reproduce(
             requested[execution.experiment.name] = execution.plan.requested_runs().versions
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
         report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
-    content = report_data(report, time.monotonic() - started_at)
-    _write(report, content, folder)
+    json_object = report_data(report, time.monotonic() - started_at)
+    _write(report, json_object, folder)
     if options.as_json:
-        click.echo(json.dumps(content, allow_nan=False))
+        click.echo(json.dumps(json_object, allow_nan=False))
         return report
     lines = report_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
     click.echo("\n".join(lines))
@@ -136,16 +136,15 @@ def _reproduce(
     return report
 
 
-def _write(report: "Report", content: Mapping[str, object], folder: Path) -> None:
+def _write(report: "Report", json_object: Mapping[str, object], folder: Path) -> None:
     """Write the report as HTML and Markdown pages, tables in every format, and JSON."""
     from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
     from trackmark.bench.papers.markdown_page import write_markdown_page
 
-    text = json.dumps(content, indent=1, allow_nan=False)
     write_tables(folder, report.tables)
     write_markdown_page(folder / "report.md", report)
-    write_file(folder / "report.json", text)
+    write_file(folder / "report.json", json.dumps(json_object, indent=1, allow_nan=False))
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

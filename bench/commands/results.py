@@ -2,7 +2,6 @@
 
 import json
 from collections import Counter, defaultdict
-from contextlib import suppress
 from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
@@ -84,10 +83,14 @@ def list_results(options: FolderOptions) -> None:
         counts: defaultdict[tuple[str, ...], Counter[str]] = defaultdict(Counter)
         for row in rows:
             counts[row["tracker"], row["sequence"], row["protocol"]][row["status"]] += 1
-        for (tracker, sequence, protocol), number in sorted(counts.items()):
+        for (tracker, sequence, protocol), by_status in sorted(counts.items()):
             suffix = "" if protocol == "one-pass" else f" ({protocol})"
-            others = [f", {number[word]} {word}" for word in ("failed", "stale") if number[word]]
-            click.echo(f"  {tracker} on {sequence}{suffix}: {number.total()}{''.join(others)}")
+            failed_and_stale = [
+                f", {by_status[word]} {word}" for word in ("failed", "stale") if by_status[word]
+            ]
+            click.echo(
+                f"  {tracker} on {sequence}{suffix}: {by_status.total()}{''.join(failed_and_stale)}"
+            )
 
 
 @command.command("failures")
@@ -120,9 +123,15 @@ def failures(options: FailuresOptions) -> None:
         run = RunStore(experiment).read(run_key(row))
         reached = int(np.isfinite(run.boxes[:, 0]).sum())
         if options.as_json:
-            data = {key: row[key] for key in ("tracker", "sequence", "repetition", "failure")}
-            data |= {"frames": len(run.boxes), "reached": reached, "output": run.tracker_output}
-            click.echo(json.dumps({"experiment": experiment.name, **data}))
+            json_object = {
+                key: row[key] for key in ("tracker", "sequence", "repetition", "failure")
+            }
+            json_object |= {
+                "frames": len(run.boxes),
+                "reached": reached,
+                "output": run.tracker_output,
+            }
+            click.echo(json.dumps({"experiment": experiment.name, **json_object}))
         else:
             click.echo(
                 f"{row['tracker']} on {row['sequence']}, repetition {row['repetition']}: boxes of "
@@ -184,22 +193,22 @@ def remove(options: RemoveOptions) -> None:
             failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
             keys = [key for key in keys if key in failed]
         selected[experiment] = keys
-    number = sum(len(keys) for keys in selected.values())
-    if not number:
+    n_runs = sum(len(keys) for keys in selected.values())
+    if not n_runs:
         click.echo("No run matches; nothing was removed.")
         return
     if not options.yes:
-        confirm(f"Remove {number} run{'s' * (number != 1)} from {options.folder}?")
+        confirm(f"Remove {n_runs} run{'s' * (n_runs != 1)} from {options.folder}?")
     for experiment, keys in selected.items():
         RunStore(experiment).remove(keys)
-    click.echo(f"Removed {number} run{'s' * (number != 1)}.")
+    click.echo(f"Removed {n_runs} run{'s' * (n_runs != 1)}.")
 
 
-def _protocol_key(text: str) -> str:
+def _protocol_key(protocol: str) -> str:
     """Return the protocol key of a protocol's text."""
     from trackmark.bench.protocols import TIMING, parse_protocol
 
-    return TIMING if text == TIMING else parse_protocol(text).key
+    return TIMING if protocol == TIMING else parse_protocol(protocol).key
 
 
 @command.command("check")
@@ -208,7 +217,7 @@ def check_results(options: FolderOptions) -> int:
     """Read all stored results and report damage.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
-    one line per experiment. Damaged indexes, which hold no data, are rebuilt.
+    one line per experiment. `results merge` copies the undamaged runs to another folder.
 
     For example:
       trackmark results check results
@@ -220,16 +229,16 @@ def check_results(options: FolderOptions) -> int:
     status = 0
     for experiment in experiment_folders(options.folder, damaged=True):
         try:
-            state, data = _check_experiment(experiment)
-            status = max(status, EXIT_NEGATIVE if data["damages"] else 0)
+            state, json_object = _check_experiment(experiment)
+            status = max(status, EXIT_NEGATIVE if json_object["damages"] else 0)
         except ResultsError as error:  # no damage, for example a newer schema
-            state, data = "not checked", {"runs": 0, "damages": [], "error": str(error)}
+            state, json_object = "not checked", {"runs": 0, "damages": [], "error": str(error)}
             status = EXIT_WRONG_INPUT
             print_message(str(error))
         if options.as_json:
-            click.echo(json.dumps({"experiment": experiment.name, **data}))
+            click.echo(json.dumps({"experiment": experiment.name, **json_object}))
             continue
-        for message in data["damages"]:
+        for message in json_object["damages"]:
             print_message(message)
         click.echo(f"{experiment}: {state}")
     return status
@@ -237,16 +246,10 @@ def check_results(options: FolderOptions) -> int:
 
 def _check_experiment(experiment: Path) -> tuple[str, dict[str, Any]]:
     """Return the state of an experiment's file in words, and its data for --json."""
-    from trackmark.bench.store.keys import ResultsError
-    from trackmark.bench.store.maintenance import find_damage, repair_indexes
+    from trackmark.bench.store.maintenance import find_damage
     from trackmark.bench.store.run_store import RunStore
 
     messages = find_damage(experiment)
-    if messages:
-        with suppress(ResultsError):  # there is other damage, which the messages state
-            repair_indexes(experiment)
-            if not (messages := find_damage(experiment)):
-                print_message(f"{experiment}: a damaged index was rebuilt from its table.")
     runs = 0 if messages else len(RunStore(experiment).list_keys())
     state = "damaged" if messages else f"{runs} runs, undamaged"
     return state, {"runs": runs, "damages": messages}
@@ -295,7 +298,7 @@ class ImportOptions:
 
 @command.command("import")
 @with_options(ImportOptions)
-def import_results(options: ImportOptions) -> None:
+def import_command(options: ImportOptions) -> None:
     """Store results of other toolkits as runs.
 
     PATH is the folder of a tracker in the format of OTB, GOT-10k, VOT, pysot or pytracking, given
@@ -307,8 +310,8 @@ def import_results(options: ImportOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input.
     """
     folder = options.results_root / options.name
-    number = store_imported(parse_imported(options.results), options.sequences, folder)
-    click.echo(f"{number} {'run is' if number == 1 else 'runs are'} in {folder}.")
+    n_runs = store_imported(parse_imported(options.results), options.sequences, folder)
+    click.echo(f"{n_runs} {'run is' if n_runs == 1 else 'runs are'} in {folder}.")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -74,11 +74,13 @@ class RunOptions(ScreenOptions, EngineOptions):
     truth: Path | None = truth_option()
     repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     protocol: str | None = protocol_option()
-    timing: bool = option(
-        "Measure the time per frame instead of the accuracy; trackers run one at a time."
+    is_timing: bool = option(
+        "Measure the time per frame instead of the accuracy; trackers run one at a time.",
+        "--timing",
     )
-    arrays: bool = option(
-        "Store masks, contours, particles and maps of new runs for the report's player."
+    keeps_arrays: bool = option(
+        "Store masks, contours, particles and maps of new runs for the report's player.",
+        "--arrays",
     )
     name: str | None = name_option(
         "Name of the results folder.  [default: derived from --trackers and --sequences]"
@@ -127,12 +129,13 @@ def _experiment(options: RunOptions) -> Experiment:
         "sequences": matching_sequences(sequences, truth) if sequences else (),
         "repetitions": options.repetitions,
         "protocol": options.protocol,
-        "timing": options.timing,
-        "arrays": options.arrays,
+        "is_timing": options.is_timing,
+        "keeps_arrays": options.keeps_arrays,
     }
     values = {key: value for key, value in values.items() if value}
     if options.repetitions:
-        values["repeated"] = {}  # --repetitions replaces the numbers of single trackers, too
+        # --repetitions replaces the numbers of single trackers, too.
+        values["repetitions_by_tracker"] = {}
     if base is not None:
         return replace(base, **values)
     name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
@@ -162,7 +165,8 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
-    from trackmark.bench.store.runs import Runs, RunSource
+    from trackmark.bench.store.run_rows import StoredRuns
+    from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
@@ -172,7 +176,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(Runs([dict(row)], {}, RunSource(execution.folder)), row, metrics)
+            _print_row(Runs([dict(row)], {}, StoredRuns(execution.folder)), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(RunStatus.STALE):
@@ -181,9 +185,9 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             "the sequence has changed. To keep them, stop and add --name."
         )
     execute_runs(execution, print_row, keep_errors=True)
-    stored = open_runs(execution.folder)
-    now, message = progress_since(execution, stored.stored_rows)
-    runs = stored.select(execution.plan.requested_runs().versions)
+    all_runs = open_runs(execution.folder)
+    now, message = progress_since(execution, all_runs.stored_rows)
+    runs = all_runs.select(execution.plan.requested_runs().versions)
     failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
@@ -191,10 +195,10 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
         for line in str(error).splitlines():
             print_error(line)
     if as_json:
-        for row in stored.stored_rows:
+        for row in all_runs.stored_rows:
             key = run_key(row)
             if key in now.requested and key not in printed and now.status(key) >= RunStatus.FAILED:
-                _print_row(stored, row, metrics)
+                _print_row(all_runs, row, metrics)
         print_message(message)
     else:
         _print_scores(runs, execution.plan.protocol, metrics, options)
@@ -214,15 +218,15 @@ def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> 
     """Print a run as JSON, with scores by other metrics if they are requested."""
     from trackmark.bench.store.run_rows import json_row
 
-    data = json_row(row)
+    json_object = json_row(row)
     if list(metrics) != ["native"] or row["protocol"] not in ("one-pass", "timing"):
         # Imports the table renderers.
         from trackmark.bench.analysis.by_metrics import metrics_for, scores_by_metrics
 
         names = metrics_for(metrics, row["protocol"])
-        if others := [name for name in names if name != "native"]:
-            data["metrics"] = scores_by_metrics(runs, row, others)
-    click.echo(json.dumps(data, allow_nan=False))
+        if other_metrics := [name for name in names if name != "native"]:
+            json_object["metrics"] = scores_by_metrics(runs, row, other_metrics)
+    click.echo(json.dumps(json_object, allow_nan=False))
 
 
 def _print_scores(
@@ -239,12 +243,13 @@ def _print_scores(
             lines = lines[:1] if options.quiet else lines
         elif "native" in metrics and (summary := summarise(runs)):
             lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
-        others = [name for name in metrics if not lines or options.verbose or name != "native"]
-        if others and not (options.quiet and lines):
+        other_metrics = [
+            name for name in metrics if not lines or options.verbose or name != "native"
+        ]
+        if other_metrics and not (options.quiet and lines):
             from trackmark.bench.analysis.by_metrics import summary_text
 
-            text = summary_text(runs, others, only_means=not options.verbose)
-            tables = text.splitlines()
+            tables = summary_text(runs, other_metrics, only_means=not options.verbose).splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     click.echo("\n".join(lines))
     for warning in warnings:
@@ -266,11 +271,11 @@ def _print_hints(execution: "Execution") -> None:
         print_hint(
             f"Stochastic trackers that ran once: {', '.join(once)}. Repeat them: --repetitions 10"
         )
-    texts = [source.text for source in execution.experiment.sequences]
-    formats = {text: datasets.path_format(text) for text in texts}
+    specs = [source.spec for source in execution.experiment.sequences]
+    formats = {spec: datasets.path_format(spec) for spec in specs}
     for name in filter(None, dict.fromkeys(formats.values())):
-        first, *others = [text for text in texts if formats[text] == name]
-        more = f" and {len(others)} more" if others else ""
+        first, *other_specs = [spec for spec in specs if formats[spec] == name]
+        more = f" and {len(other_specs)} more" if other_specs else ""
         print_hint(f"{first}{more}: read as {name}.")
     print_hint(f"Next  {shlex.join(['trackmark', 'report', str(execution.folder)])}")
 
@@ -279,8 +284,8 @@ def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
     from trackmark.bench.store.keys import run_key
 
-    stored = {run_key(row) for row in runs.stored_rows}
-    keys = [key for key in requested if key in stored]
+    stored_keys = {run_key(row) for row in runs.stored_rows}
+    keys = [key for key in requested if key in stored_keys]
     has_output = dict.fromkeys((tracker for tracker, *_ in keys), False)
     for key in keys:
         if has_output[key[0]]:
@@ -302,7 +307,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     plan, tasks = execution.plan, execution.tasks
     estimate = estimate_time(tasks, execution.output)
     kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
-    if execution.experiment.timing:
+    if execution.experiment.is_timing:
         kinds.insert(2, RunStatus.DISTURBED)
     statuses = [status.name.lower() for status in kinds]
     by_tracker = {
@@ -310,7 +315,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
         for spec, counts in zip(plan.trackers.values(), plan.counts().tolist(), strict=True)
     }
     if as_json:
-        data = {
+        json_object = {
             "experiment": execution.experiment.name,
             "trackers": by_tracker,
             "sequences": len(plan.sequences),
@@ -321,7 +326,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
             "seconds": estimate.seconds,
             "without_times": estimate.without_times,
         }
-        click.echo(json.dumps(data))
+        click.echo(json.dumps(json_object))
         return
     total = {status: sum(counts[status] for counts in by_tracker.values()) for status in statuses}
     width = max(len(label) for label in [*by_tracker, "in all"])
@@ -331,8 +336,8 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     randomness = {spec.randomness for spec in plan.trackers.values()}
     if execution.experiment.repetitions > 1 and Randomness.NONE in randomness:
         click.echo("\nDeterministic trackers run once on each sequence.")
-    numbers = (tasks.n_runs, "missing run"), (len(plan.sequences), "sequence")
-    runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in numbers)
+    nouns = (tasks.n_runs, "missing run"), (len(plan.sequences), "sequence")
+    runs, sequences = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in nouns)
     workers = f"{tasks.n_workers} worker{'s' * (tasks.n_workers != 1)}"
     time = f", about {rough_duration(estimate.seconds)} on {workers}" if estimate.seconds else ""
     click.echo(f"\n{runs} on {sequences}{time}.\nRuns go to {execution.folder}.")

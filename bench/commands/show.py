@@ -114,7 +114,7 @@ def command(options: ShowOptions) -> int:
 
 def _live(options: ShowOptions, trackers: list[str]) -> int:
     """Run trackers, write the page, and return the exit status."""
-    from trackmark.bench.experiments.experiment import SequenceSource
+    from trackmark.bench.experiments.experiment import SequenceSpec
     from trackmark.bench.pages.live_page import write_live_page
 
     output = options.output or Path("live.html")
@@ -127,7 +127,7 @@ def _live(options: ShowOptions, trackers: list[str]) -> int:
         raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("the list is empty. Name at least one.", param_hint="--live")
-    source = SequenceSource(options.sequence, options.truth)
+    source = SequenceSpec(options.sequence, options.truth)
     with progress_bar("Running trackers", None, "frame") as progress:
         paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
     for failure in failures:
@@ -184,16 +184,16 @@ def _draw(
 
     lines = outlines_on(sequence, outlines)
     if output.suffix == ".png":
-        numbers = evenly_spaced(frames.start, frames.stop - 1, count)
+        shown_frames = evenly_spaced(frames.start, frames.stop - 1, count)
         image = sequence.__getitem__
-        strip = film_strip(image, numbers, boxes, sequence.name, lines_of=lines)
+        strip = film_strip(image, shown_frames, boxes, sequence.name, lines_of=lines)
         write_file(output, lambda file: save_png(file, strip))
         return
     with progress_bar("Drawing frames", len(frames), "frame") as progress:
 
         def images() -> Any:
-            for done, number in enumerate(frames, 1):
-                yield number, sequence[number]
+            for done, frame in enumerate(frames, 1):
+                yield frame, sequence[frame]
                 progress(done)
 
         write_file(output, lambda file: save_video(file, images(), boxes, sequence.fps, lines))

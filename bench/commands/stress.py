@@ -27,7 +27,7 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -52,8 +52,8 @@ class StressOptions(ScreenOptions, EngineOptions):
         metavar="SEQUENCES",
         default="plain/target",
     )
-    runs: int = option(
-        "Maximum number of runs per tracker and difficulty.", default=100, minimum=20
+    max_runs: int = option(
+        "Maximum number of runs per tracker and difficulty.", "--runs", default=100, minimum=20
     )
     against: str = option(
         "Tracker by whose breaking points the others are divided.", default="camshift"
@@ -93,27 +93,27 @@ def command(options: StressOptions) -> int:
 
     if not (difficulty_texts := split_list(options.difficulties)):
         raise click.UsageError("--difficulty: the list is empty. Name at least one.")
-    specs = resolve_specs(
-        text for texts in (*options.trackers, options.against) for text in split_list(texts)
+    trackers = resolve_specs(
+        spec for listed in (*options.trackers, options.against) for spec in split_list(listed)
     )
-    texts = {spec.label: text for text, spec in specs.items()}
-    sequences = RunSequences([source.text for source in matching_sequences(options.sequences)])
+    specs = {tracker.label: spec for spec, tracker in trackers.items()}
+    sequences = RunSequences([source.spec for source in matching_sequences(options.sequences)])
     difficulties = {parse_difficulty(text, sequences.sequences): None for text in difficulty_texts}
     if len({difficulty.name for difficulty in difficulties}) < len(difficulties):
         raise click.UsageError(
             "--difficulty: a name is given twice, with different ranges. Give each name once."
         )
     stress_tests = [
-        StressTest(label, difficulty, sequences, options.runs)
+        StressTest(label, difficulty, sequences, options.max_runs)
         for difficulty in difficulties
-        for label in texts
+        for label in specs
     ]
     names = ", ".join(difficulty.name for difficulty in difficulties)
-    title = f"{options.name}: {len(texts)} trackers, {names}"
+    title = f"{options.name}: {len(specs)} trackers, {names}"
     with RunProgress(title, options.results_root / options.name) as progress:
-        runner = _Runner(options, progress, texts)
+        runner = _Runner(options, progress, specs)
         stress_tests = _complete_tests(runner, stress_tests)
-    result = BreakingPoints(stress_tests, specs[options.against].label)
+    result = BreakingPoints(stress_tests, trackers[options.against].label)
     if options.as_json:
         click.echo(json.dumps(stress_json(result), allow_nan=False))
     else:
@@ -124,7 +124,7 @@ def command(options: StressOptions) -> int:
     print_corner_hints(open_runs(options.results_root / options.name))
     if (folder := options.output) is not None:
         paths = [
-            *write_tables(folder, stress_tables(result, whole=True)),
+            *write_tables(folder, stress_tables(result, with_runs=True)),
             *write_curves(result, folder),
         ]
         print_message("\n".join(list_written_files(paths)))
@@ -137,20 +137,20 @@ class _Runner:
 
     options: StressOptions
     progress: RunProgress
-    texts: Mapping[str, str]  # specifications of the trackers, by label
+    specs: Mapping[str, str]  # specifications of the trackers, by label
     opened_sequences: "OpenedSequences" = field(default_factory=dict)
 
     def run(
         self, labels: Sequence[str], sequences: Sequence[str]
     ) -> "tuple[pd.DataFrame, dict[str, str]]":
-        """Execute missing runs; return all runs, and the texts of the sequences by name."""
+        """Execute missing runs; return all runs, and the specifications of sequences by name."""
         from trackmark.bench.store.runs import Runs
         from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
             self.options.name,
-            tuple(self.texts[label] for label in labels),
-            tuple(map(SequenceSource, sequences)),
+            tuple(self.specs[label] for label in labels),
+            tuple(map(SequenceSpec, sequences)),
             title="Breaking points",
         )
         try:
@@ -159,9 +159,9 @@ class _Runner:
             )
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
-        texts = {sequence.name: sequence.source.text for sequence in execution.plan.sequences}
+        specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}
         runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
-        return runs.table, texts
+        return runs.table, specs
 
 
 def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "list[StressTest]":
@@ -170,11 +170,11 @@ def _complete_tests(runner: _Runner, stress_tests: "Sequence[StressTest]") -> "l
     Trackers whose next runs use the same sequences share an execution.
     """
     current = list(stress_tests)
-    while any(entry.next_runs() for entry in current):
+    while any(test.next_runs() for test in current):
         labels_by_runs: dict[tuple[str, ...], list[str]] = {}
-        for label in runner.texts:
-            runs = [run for entry in current if entry.tracker == label for run in entry.next_runs()]
-            labels_by_runs.setdefault(tuple(text for text, _ in runs), []).append(label)
+        for label in runner.specs:
+            runs = [run for test in current if test.tracker == label for run in test.next_runs()]
+            labels_by_runs.setdefault(tuple(spec for spec, _ in runs), []).append(label)
         outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
         for sequences, labels in labels_by_runs.items():
             if sequences:
@@ -190,11 +190,11 @@ def _outcomes(
     runner: _Runner, labels: Sequence[str], sequences: Sequence[str]
 ) -> dict[str, dict[str, tuple[bool, str]]]:
     """Return by tracker and sequence whether the run survived, and why it failed."""
-    runs, texts = runner.run(labels, sequences)
+    runs, specs = runner.run(labels, sequences)
     outcomes: dict[str, dict[str, tuple[bool, str]]] = {}
     columns = ["tracker", "sequence", "status", "failure", "first_loss", "frames"]
     for label, name, status, failure, loss, frames in runs[columns].itertuples(index=False):
         survived = status == "finished" and loss >= frames
         reason = "" if status == "finished" else str(failure)
-        outcomes.setdefault(label, {})[texts[name]] = bool(survived), reason
+        outcomes.setdefault(label, {})[specs[name]] = bool(survived), reason
     return outcomes

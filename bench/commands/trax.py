@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class TraxOptions:
+class TraxServerOptions:
     """Options of the command."""
 
     name: str = argument(metavar="TRACKER")
@@ -30,8 +30,8 @@ class TraxOptions:
 
 
 @click.command("trax", cls=Command)
-@with_options(TraxOptions)
-def command(options: TraxOptions) -> int:
+@with_options(TraxServerOptions)
+def command(options: TraxServerOptions) -> int:
     """Serve a tracker over TraX, so that vot-toolkit can run it.
 
     TRACKER is a specification as in `trackmark run --trackers`. The command exchanges messages of
@@ -55,7 +55,9 @@ def command(options: TraxOptions) -> int:
     os.dup2(os.open(os.devnull, os.O_WRONLY) if sys.stderr is None else 2, 1)
     import numpy as np
 
+    from trackmark import trackers
     from trackmark.bench.experiments.tracker_spec import BOXES, resolve_specs
+    from trackmark.bench.external.isolated import IsolatedFactory
     from trackmark.bench.external.trax_server import ClientError, serve
     from trackmark.trackers import TrackerError
     from trackmark.trackers.base.global_generators import GlobalGenerators
@@ -69,12 +71,15 @@ def command(options: TraxOptions) -> int:
     if spec.randomness != "none":
         print_message(f"trackmark: seed {first}")
     seeds = map(np.random.SeedSequence, count(first))
+    create = spec.make
+    if isinstance(create, IsolatedFactory):  # this process is already one of its own
+        create = trackers.resolve(create.name, **create.options).create
 
     def make() -> "Tracker":
         seed = next(seeds)
         # No other tracker runs in this process: it suffices to seed the generators once.
         GlobalGenerators(seed_number(seed)).__enter__()
-        return spec.make(seed)
+        return create(seed)
 
     try:
         serve(make, spec.label, sys.stdin.buffer, answers)

@@ -3,7 +3,7 @@
 The ground truth is the boxes or a region of a sequence.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
 from trackmark.bench.metrics.interface import GroundTruthLike
-from trackmark.bench.protocols import Segment, protocol_of_key
+from trackmark.bench.protocols import EvaluationProtocol, Segment, protocol_of_key
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.spec_string import name_hint
 
@@ -74,14 +74,23 @@ def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArra
 
     Raises `SequenceError` if the sequence does not have this region, or no ground truth.
     """
-    if not protocol_of_key(protocol).has_segments:
+    rules = protocol_of_key(protocol)
+    return frames_of_segments(rules, find_segments(rules, sequence, init), len(sequence))
+
+
+def frames_of_segments(
+    protocol: EvaluationProtocol, segments: Iterable[Segment], n_frames: int
+) -> tuple[NDArray[np.int32], ...]:
+    """Return the frame numbers of each segment of a sequence; see `segment_frames`."""
+    if not protocol.has_segments:
         return ()
-    segments = find_segments(protocol, sequence, init)
-    return tuple(np.array(segment.frames(len(sequence)), np.int32) for segment in segments)
+    return tuple(np.array(segment.frames(n_frames), np.int32) for segment in segments)
 
 
-def find_segments(protocol: str, sequence: Sequence, init: str) -> tuple[Segment, ...]:
-    """Return the segments of a run; parameters and errors are those of `segment_frames`."""
+def find_segments(
+    protocol: EvaluationProtocol, sequence: Sequence, init: str
+) -> tuple[Segment, ...]:
+    """Return the segments of a run; the errors are those of `segment_frames`."""
     boxes = select_ground_truth(sequence, init, sequence.name).boxes
     present = sequence.present & np.isfinite(boxes).all(axis=1)
-    return tuple(protocol_of_key(protocol).segments(present, sequence.frame_values))
+    return tuple(protocol.segments(present, sequence.frame_values))

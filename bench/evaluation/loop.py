@@ -73,7 +73,7 @@ class PassResult:
     # Time of the harness per frame and tracker [s], without decoding and the trackers' calls. The
     # median over frames is robust to other load; NaN for a sequence of a single frame.
     overhead: float
-    frame_seconds: float  # mean time to decode or render a frame
+    reading_seconds: float  # mean time to decode or render a frame
 
 
 def evaluate_run(
@@ -187,10 +187,9 @@ def _run(
         whole_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
-            if not recorder.failure:
-                observer.on_tracker_call(recorder.entry, last)
-                recorder.finish(last)
-                observer.on_tracker_return()
+            observer.on_tracker_call(recorder.entry, last)
+            recorder.finish(last)
+            observer.on_tracker_return()
     finally:
         sequence.frames = frames
     overhead = median(whole_pass.overheads) if whole_pass.overheads else nan

@@ -8,7 +8,6 @@ import os
 import sys
 import traceback
 from collections.abc import Callable, Iterable, Mapping
-from functools import partial
 from itertools import chain
 from math import inf, isnan, nan
 from time import perf_counter
@@ -20,7 +19,7 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import (
     find_segments,
-    segment_frames,
+    frames_of_segments,
     select_ground_truth,
 )
 from trackmark.bench.evaluation.machine import machine_name
@@ -45,27 +44,17 @@ from trackmark.trackers import (
     Box,
     EarlyFrameTracker,
     Estimate,
+    Image,
     Mask,
     RevisingTracker,
     Tracker,
     TrackerError,
     WeightMapTracker,
 )
-from trackmark.trackers.base.call_clock import (
-    CallClock,
-    CallTime,
-    SelfTimed,
-    device_name,
-    synchronise,
-)
+from trackmark.trackers.base.call_clock import CallClock, CallTime, device_name, synchronise
 from trackmark.trackers.base.catalogue import run_seed
-from trackmark.trackers.base.estimate_check import (
-    MalformedEstimateError,
-    read_box,
-    read_estimate,
-    value_text,
-)
-from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_box
+from trackmark.trackers.base.plain import PlainTracker, read_answer, seed_number
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 
 R = TypeVar("R")
@@ -128,8 +117,8 @@ class Recorder:
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
         self._protocol = protocol_of_key(protocol)
-        self.segments = find_segments(protocol, sequence, spec.init)
-        self._frames = segment_frames(protocol, sequence, spec.init)
+        self.segments = find_segments(self._protocol, sequence, spec.init)
+        self._frames = frames_of_segments(self._protocol, self.segments, len(sequence))
         self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
         self._on_exhausted_memory = on_exhausted_memory
@@ -163,7 +152,6 @@ class Recorder:
         self._process = os.getpid()
         self._printed = ""  # output of trackers in other processes
         self._drawn: set[str] = set()  # names of global generators
-        self._update: Callable[[Any], Estimate]
 
     def begin_segment(self, segment: Segment, view: Sequence) -> None:
         """Prepare the next segment, which has a new tracker; `view` is the segment's sequence."""
@@ -232,11 +220,12 @@ class Recorder:
 
     def finish(self, frame: int) -> None:
         """Store the corrections of a `RevisingTracker` after the last frame of a one-pass run."""
-        tracker = self._tracker()
-        if self._complete and isinstance(tracker, RevisingTracker):
-            self._call(
-                frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
-            )
+        if self._complete and not self.failure:
+            tracker = self._tracker()
+            if isinstance(tracker, RevisingTracker):
+                self._call(
+                    frame, lambda: self._store_revisions(frame, self._in_context(tracker.finish))
+                )
         self.release()
 
     def result(self) -> Run:
@@ -275,7 +264,9 @@ class Recorder:
         """Return the times of the calls so far."""
         values = np.fromiter(chain.from_iterable(self._updates), np.float64)
         seconds, run_delay, cpu, children = values.reshape(-1, len(CallTime._fields)).T
-        is_first = np.isin(np.arange(len(seconds)), self._first_updates)
+        is_first = np.zeros(len(seconds), bool)
+        # An initialisation in the last frame has no update.
+        is_first[[update for update in self._first_updates if update < len(seconds)]] = True
         return Times(seconds, run_delay, cpu, children, is_first, np.array(self._inits))
 
     def _call(self, frame: int, call: Callable[[], R]) -> R | None:
@@ -344,37 +335,42 @@ class Recorder:
     def _initialise(self, shared_frame: SharedFrame, box: Box, mask: Mask | None) -> None:
         tracker = self._tracker()
         self._external = tracker if isinstance(tracker, RemoteTracker) else None
-        self._timed_by_itself = tracker if isinstance(tracker, SelfTimed) else None
-        self._has_synchronise = hasattr(type(tracker), "synchronise")
+        self._plain = tracker if isinstance(tracker, PlainTracker) else None
+        called: Any = tracker if self._plain is None else self._plain.plain
+        self._called = called
+        self._has_synchronise = hasattr(type(self._called), "synchronise")
         self._shared = self._shares and isinstance(tracker, SharingTracker)
         self._first_updates.append(len(self._updates))
-        initialise: Callable[[], None]
-        if isinstance(tracker, SharingTracker) and self._shared:
-            self._update = tracker.update_shared
-            initialise = partial(tracker.init_shared, shared_frame, box, mask)
+        argument = self._argument(shared_frame)
+        if self._plain is not None:
+            init = self._plain.plain_init
         else:
-            self._update = tracker.update
-            initialise = partial(tracker.init, shared_frame.image, box, mask)
-        _, call = self._in_context(self._timed, initialise)
+            init = called.init_shared if self._shared else called.init
+        _, call = self._in_context(self._timed, init, argument, box, mask)
         self._inits.append(call.seconds)
+
+    def _argument(self, shared_frame: SharedFrame) -> SharedFrame | Image:
+        """Return the argument of the tracker's methods for a frame."""
+        if self._shared:
+            return shared_frame
+        if self._plain is not None:
+            return self._plain.convert(shared_frame.image)
+        return shared_frame.image
 
     def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
         """Update the tracker and store its estimate; return the time that it took [s]."""
-        update, argument = self._update, shared_frame if self._shared else shared_frame.image
         saved = shared_frame.saved_seconds
         began = perf_counter()
         seconds = 0.0
         try:
-            if self._context is not None and self._state.needs_contexts:
-                estimate, call = self._in_context(self._timed, update, argument)
-            else:
-                estimate, call = self._timed(update, argument)
+            update = self._called.update_shared if self._shared else self._called.update
+            answer, call = self._in_context(self._timed, update, self._argument(shared_frame))
             seconds = perf_counter() - began
             if shared_frame.saved_seconds > saved:  # computed by another tracker before
                 shared = shared_frame.saved_seconds - saved
                 call = call._replace(seconds=call.seconds + shared, cpu=call.cpu + shared)
             self._updates.append(call)
-            self._store_estimate(shared_frame, frame, estimate)
+            self._store_estimate(shared_frame, frame, answer)
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -391,31 +387,21 @@ class Recorder:
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
         """Return the result and the times of a call of the tracker."""
-        try:
-            if self._timed_by_itself is not None:
-                return call(*arguments), self._timed_by_itself.call_time
-            self._clock.start()
-            result = call(*arguments)
-            if self._has_synchronise or "torch" in sys.modules:
-                synchronise(self._made)
-            return result, self._clock.stop()
-        finally:
-            self._end_copy()
+        if self._external is not None:
+            return call(*arguments), self._external.call_time
+        self._clock.start()
+        result = call(*arguments)
+        if self._has_synchronise or "torch" in sys.modules:
+            synchronise(self._called)
+        return result, self._clock.stop()
 
-    def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Validate and store an estimate."""
-        if not isinstance(estimate, Estimate):
-            raise MalformedEstimateError(
-                f"update returned {value_text(estimate)}. Expected: an Estimate"
-            )
-        details = estimate.details
-        if row := _usual_row(estimate):
-            self._last_box, self._mask = row[:4], None
+    def _store_estimate(self, shared_frame: SharedFrame, frame: int, answer: Any) -> None:
+        """Validate and store the estimate that `update` returned."""
+        if row := _usual_row(answer):
+            self._last_box, self._mask, details = row[:4], None, answer.details
             self._rows[frame] = row
         else:
-            fields = read_estimate(estimate, shared_frame.image.shape)
-            if estimate.box is None and estimate.visible:
-                read_box(estimate.box)  # raises the error: only a lost target has no box
+            fields = read_answer(self._made, answer, shared_frame.image.shape)
             self._last_box = fields["box"] or self._last_box
             self._mask, details = fields["mask"], fields["details"]
             self.gives_masks |= self._complete and self._mask is not None
@@ -428,16 +414,19 @@ class Recorder:
                     )
                 self._details[key] = np.full(len(self._all_rows), nan)
             self._details[key][self._start + frame] = value
-        if estimate.revised:
-            self._store_revisions(frame, estimate.revised)
+        if isinstance(answer, Estimate) and answer.revised:
+            self._store_revisions(frame, answer.revised)
         if self._keep_arrays:
-            self._store_arrays(shared_frame, frame, estimate)
+            arrays = answer.arrays if isinstance(answer, Estimate) else {}
+            self._store_arrays(shared_frame, frame, arrays)
 
-    def _store_arrays(self, shared_frame: SharedFrame, frame: int, estimate: Estimate) -> None:
-        """Store arrays, mask and maps; maps are stored as uint8, 255 for 1."""
-        arrays = {key: np.array(value) for key, value in estimate.arrays.items()}
-        if estimate.mask is not None:
-            arrays["mask"] = np.array(estimate.mask)
+    def _store_arrays(
+        self, shared_frame: SharedFrame, frame: int, returned: Mapping[str, NDArray[Any]]
+    ) -> None:
+        """Store the arrays of an estimate, its mask and maps; maps as uint8, 255 for 1."""
+        arrays = {key: np.array(value) for key, value in returned.items()}
+        if self._mask is not None:
+            arrays["mask"] = np.array(self._mask)
         tracker = self._tracker()
         maps: Mapping[str, NDArray[Any]] = {}
         if isinstance(tracker, WeightMapTracker):
@@ -494,15 +483,16 @@ class Recorder:
         self.failure = text.encode("utf-8", "backslashreplace").decode()
 
 
-def _usual_row(estimate: Estimate) -> tuple[float, ...] | None:
-    """Return the row of a valid estimate whose fields have the usual types; None for others.
+def _usual_row(estimate: Any) -> tuple[float, ...] | None:
+    """Return the row of a valid `Estimate` whose fields have the usual types; None for others.
 
     `read_estimate` accepts the same values, but takes 4 µs.
     """
+    if type(estimate) is not Estimate:
+        return None
     box, confidence = estimate.box, estimate.confidence
     if (
-        type(estimate) is not Estimate
-        or type(box) is not np.ndarray
+        type(box) is not np.ndarray
         or box.dtype is not _FLOAT64
         or box.shape != (4,)
         or type(estimate.visible) is not bool

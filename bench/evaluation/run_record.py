@@ -1,7 +1,11 @@
 """Record of one run: identity, estimates and status."""
 
+import platform
+import socket
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from datetime import UTC, datetime
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any, Literal, TypeAlias
@@ -17,6 +21,7 @@ from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
+from trackmark.datasets.source_digest import library_versions
 
 Trajectory: TypeAlias = Literal["online", "revised"]
 """Trajectory of a run: boxes as returned by each update, or with later corrections."""
@@ -169,3 +174,22 @@ def drawing_note(tracker: str, generators: str) -> str:
         f"{tracker} draws from global random generators ({generators}), so it counts as "
         "stochastic. They are seeded for each run."
     )
+
+
+def with_metadata(run: Run) -> Run:
+    """Return the run with date, machine and libraries, unless it has them already."""
+    metadata = {
+        "date": datetime.now(UTC).isoformat(timespec="microseconds"),
+        "host": socket.gethostname(),
+        "platform": platform.platform(),
+        "python": platform.python_version(),
+        "libraries": _libraries(),
+        **run.metadata,
+    }
+    return replace(run, metadata=metadata)
+
+
+@cache
+def _libraries() -> dict[str, str]:
+    """Return the versions of the libraries that can influence pixels and boxes, by their name."""
+    return library_versions({"av", "cv2", "numba", "numpy", "scipy"})

@@ -62,10 +62,10 @@ def detect_format(folder: Path) -> str:
         files = candidate.files(folder)
         if files and candidate.recognises(files[min(files)][0]):
             return name
-    content = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
+    first_names = ", ".join(sorted(path.name for path in folder.iterdir())[:3])
     expected = "; ".join(f"{candidate.expects} ({name})" for name, candidate in FORMATS.items())
     raise ExchangeError(
-        f"{folder}: unknown result format (the folder contains {content or 'nothing'}). "
+        f"{folder}: unknown result format (the folder contains {first_names or 'nothing'}). "
         f"Expected: {expected}."
     )
 

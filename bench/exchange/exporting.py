@@ -55,22 +55,22 @@ def export_results(
     exported = [row for row in finished if repeats or not row["repetition"]]
     if not exported:
         raise ExchangeError(f"{experiment}: no finished run by {protocol} matches.")
-    texts: dict[Path, str] = {}
+    file_texts: dict[Path, str] = {}
     first_pixels = set()
     for row, run, truth in runs.read(exported):
         first_pixel = truth.first_pixel if origin is None else origin
         first_pixels.add(first_pixel)
         folder = target / file_name(row["tracker"])
         files = _run_texts(run, _run_rows(run, first_pixel, trajectory), format_name, folder)
-        if both := texts.keys() & files.keys():
+        if both := file_texts.keys() & files.keys():
             raise ExchangeError(
                 f"{min(both)}: two runs would be written to this file. Export them to two folders."
             )
-        texts |= files
-    _write(texts, force=force)
-    numbers = " and ".join(map(str, sorted(first_pixels)))
+        file_texts |= files
+    _write(file_texts, force=force)
+    origins = " and ".join(map(str, sorted(first_pixels)))
     on_message(
-        f"{format_name} contains {result_format.exports}; pixels are counted from {numbers}."
+        f"{format_name} contains {result_format.exports}; pixels are counted from {origins}."
     )
     for row in [row for row in rows if row["status"] == "stale"]:
         on_message(
@@ -81,18 +81,18 @@ def export_results(
         on_message(f"{failed} failed runs are not exported.")
     if omitted := len(finished) - len(exported):
         on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")
-    return list(texts)
+    return list(file_texts)
 
 
-def _write(texts: Mapping[Path, str], *, force: bool) -> None:
+def _write(file_texts: Mapping[Path, str], *, force: bool) -> None:
     """Write texts by path; raise `ExchangeError` if a file exists, unless `force`."""
-    existing = [path for path in texts if os.path.lexists(path)]
+    existing = [path for path in file_texts if os.path.lexists(path)]
     if existing and not force:
         raise ExchangeError(
-            f"{existing[0]}: the file exists ({len(existing)} of {len(texts)} files do). Choose "
-            "another folder, or replace the files with --force."
+            f"{existing[0]}: the file exists ({len(existing)} of {len(file_texts)} files do). "
+            "Choose another folder, or replace the files with --force."
         )
-    for path, text in texts.items():
+    for path, text in file_texts.items():
         write_file(path, text)
 
 

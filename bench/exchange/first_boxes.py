@@ -82,8 +82,8 @@ def check_first_boxes(
     if unit := find_other_unit(rows, size, expected):
         raise ExchangeError(
             f"{first.location}: the boxes look like {unit.name}; the first box is "
-            f"{_text(first.from_file)}, the ground truth {_text(first.expected)}. Expected: x, y, "
-            f"width, height in pixels. Convert all boxes: {unit.remedy}."
+            f"{_box_text(first.from_file)}, the ground truth {_box_text(first.expected)}. "
+            f"Expected: x, y, width, height in pixels. Convert all boxes: {unit.remedy}."
         )
     misfits = []
     for box in boxes.values():
@@ -97,8 +97,8 @@ def check_first_boxes(
     box, fit = misfits[0]
     more = f" {len(misfits)} first boxes of the file do not fit." if misfits[1:] else ""
     return (
-        f"{box.location}: the first box {_text(box.from_file)} overlaps the ground truth "
-        f"{_text(box.expected)} by {fit:.2f} only. Expected: the box at initialisation.{more} "
+        f"{box.location}: the first box {_box_text(box.from_file)} overlaps the ground truth "
+        f"{_box_text(box.expected)} by {fit:.2f} only. Expected: the box at initialisation.{more} "
         "Check that the file is for this sequence and target, and holds x, y, width, height in "
         "pixels."
     )
@@ -119,5 +119,5 @@ def _overlap(expected: NDArray[np.float64], from_file: NDArray[np.float64]) -> f
     return float(np.nan_to_num(overlap(expected, from_file))[0])
 
 
-def _text(box: NDArray[np.float64]) -> str:
+def _box_text(box: NDArray[np.float64]) -> str:
     return f"({', '.join(f'{value:g}' for value in box)})"

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.exchange import FORMATS, detect_format, find_format, require_folder
 from trackmark.bench.exchange.first_boxes import (
     FirstBox,
@@ -32,11 +32,12 @@ from trackmark.bench.exchange.result_format import (
     ResultSequence,
     abbreviated_list,
 )
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore, with_metadata
+from trackmark.bench.store.run_rows import StoredRuns
+from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -50,11 +51,11 @@ class ImportedTracker:
     folder: Path
 
 
-def parse_imported_tracker(text: str) -> ImportedTracker:
+def parse_imported_tracker(argument: str) -> ImportedTracker:
     """Parse `NAME=PATH` or `NAME=FORMAT:PATH`; raise `ExchangeError` for any other text."""
-    tracker, equals, path = (part.strip() for part in text.partition("="))
+    tracker, equals, path = (part.strip() for part in argument.partition("="))
     if not (tracker and equals and path):
-        raise ExchangeError(f"{text!r}: expected NAME=PATH, a tracker's name and its folder.")
+        raise ExchangeError(f"{argument!r}: expected NAME=PATH, a tracker's name and its folder.")
     name, colon, folder = path.partition(":")
     if colon and name in FORMATS:
         require_folder(Path(folder))
@@ -63,7 +64,7 @@ def parse_imported_tracker(text: str) -> ImportedTracker:
 
 
 def open_sequences(
-    sources: Sequence[SequenceSource], on_message: Callable[[str], None]
+    sources: Sequence[SequenceSpec], on_message: Callable[[str], None]
 ) -> list[tuple[ResultSequence, datasets.Sequence]]:
     """Open the sequences of imported results.
 
@@ -72,14 +73,14 @@ def open_sequences(
     """
     opened = []
     for source in sources:
-        sequence = datasets.load(source.text, truth=source.truth)
+        sequence = datasets.load(source.spec, truth=source.truth)
         sequence.check_runnable()
         absolute = source.absolute()
         result_sequence = ResultSequence(
             sequence.name,
             sequence.fingerprint,
             sequence.boxes,
-            absolute.text,
+            absolute.spec,
             str(absolute.truth or ""),
             sequence.image_size,
             sequence.origin.first_pixel,
@@ -131,13 +132,15 @@ def import_results(
     store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
     store.add_requests(RequestedRuns("", versions))
-    stored_keys = set(store.list_keys())
+    stored, replaced = StoredRuns.read(folder), list[tuple[Run, str]]()
+    stored_keys = {run_key(row) for row in stored.rows}
     for run in runs:
         key = run_key(run.identity)
-        existing = store.read(key).identity if key in stored_keys else None
+        existing = stored.run(key).identity if key in stored_keys else None
         if existing is not None and not existing.imported:
             raise name_collision(folder, existing.tracker)
-        store.add(run, existing.version if existing else "")
+        replaced.append((run, existing.version if existing else ""))
+    store.add_all(replaced)
     return len(runs)
 
 
@@ -225,11 +228,14 @@ def _read_files(
                 for other in sequences
                 if other is not sequence and any(is_same_name(other.name, name) for name in similar)
             ]
-            text = ", ".join([*similar, *rivals])
+            alike = ", ".join([*similar, *rivals])
             raise ExchangeError(
                 f"{tracker.folder}: no results on {sequence.name}. Expected: "
                 f"{result_format.expects}. Results exist on {abbreviated_list(sorted(files))}."
-                + (f" These names differ in spelling only: {text}. Rename the files." * bool(text))
+                + (
+                    f" These names differ in spelling only: {alike}. Rename the files."
+                    * bool(alike)
+                )
             )
         name = names[sequence.name]
         if name not in (sequence.name, file_name(sequence.name)):
@@ -261,9 +267,9 @@ class _Notes:
         self.folder = folder
         self._texts: dict[str, list[str]] = {}
 
-    def add(self, kind: str, text: str) -> None:
+    def add(self, topic: str, message: str) -> None:
         """Add a message."""
-        self._texts.setdefault(kind, []).append(text)
+        self._texts.setdefault(topic, []).append(message)
 
     def messages(self) -> Iterator[str]:
         """Yield the first message of each kind, with the number of the others."""
@@ -402,17 +408,17 @@ def _find_origin(
             f"{votes.count(origin)} of {n} files show. The files of the data set count from "
             f"{first_pixel}.",
         )
-    others = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
-    if others:
+    other_files = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
+    if other_files:
         notes.add(
             "other origin",
-            f"{others[0].path}: the first box shows pixels from {1 - origin} ({len(others)} of {n} "
-            f"files). All files of the tracker are read from {origin}.",
+            f"{other_files[0].path}: the first box shows pixels from {1 - origin} "
+            f"({len(other_files)} of {n} files). All files of the tracker are read from {origin}.",
         )
     has_boxes = any(
         np.isfinite(box.from_file).all() for file in files for box in file.first_boxes.values()
     )
-    if decided is None and not others and has_boxes:
+    if decided is None and not other_files and has_boxes:
         notes.add(
             "origin",
             f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1. "
@@ -454,10 +460,10 @@ def _stored_protocol(
         return rows.protocol or ONE_PASS
     present = _present(sequence)
     starts = [int(present.argmax()) if frames[0] == 0 else int(frames[0]) for frames in segments]
-    for text in ("tre", f"tre:starts={len(segments)}"):
-        expected = parse_protocol(text).segments(present, {})
+    for protocol in ("tre", f"tre:starts={len(segments)}"):
+        expected = parse_protocol(protocol).segments(present, {})
         if [segment.start or int(present.argmax()) for segment in expected] == starts:
-            return text
+            return protocol
     return "tre"
 
 

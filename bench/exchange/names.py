@@ -41,19 +41,19 @@ def files_of_sequences(sequences: Iterable[str], files: Iterable[str]) -> Mappin
     An equal name is preferred to another spelling, and a spelling without prefix to one with
     prefix. If a file could belong to two sequences, or a sequence to two files, none is chosen.
     """
-    chosen: dict[str, str] = {}
+    file_of_sequence: dict[str, str] = {}
     for name_key, file_key in _SPELLINGS:
         matching: defaultdict[str, tuple[list[str], list[str]]] = defaultdict(lambda: ([], []))
-        for name in set(sequences) - chosen.keys():
+        for name in set(sequences) - file_of_sequence.keys():
             matching[name_key(name)][0].append(name)
-        for file in set(files) - set(chosen.values()):
+        for file in set(files) - set(file_of_sequence.values()):
             matching[file_key(file)][1].append(file)
-        chosen |= {
+        file_of_sequence |= {
             names[0]: candidates[0]
             for names, candidates in matching.values()
             if len(names) == len(candidates) == 1
         }
-    return chosen
+    return file_of_sequence
 
 
 def _folded(name: str) -> str:

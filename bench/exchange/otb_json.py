@@ -62,8 +62,8 @@ class OtbJsonFormat(ResultFormat):
         protocol = _protocol(file, records)
         records = _sorted_by_shift(file, records) if protocol == "sre" else records
         boxes, headers = [], []
-        for number, record in enumerate(records, 1):
-            location = str(file) if len(records) == 1 else f"{file}, record {number}"
+        for record_number, record in enumerate(records, 1):
+            location = str(file) if len(records) == 1 else f"{file}, record {record_number}"
             rows = _parse_boxes(record["res"], location)
             start, end = (
                 _whole_number(record, key, location) for key in ("startFrame", "endFrame")
@@ -85,10 +85,10 @@ class OtbJsonFormat(ResultFormat):
         stated = [_first_number(header, sequence, {0, 1, first_image}) for header in headers]
         first_numbers = {number for number in stated if number is not None}
         if len(first_numbers) > 1:
-            numbers = " and from ".join(map(str, sorted(first_numbers)))
             raise ExchangeError(
-                f"{headers[0].location}: the records count frames from {numbers}. Expected: one "
-                "numbering. Correct startFrame and endFrame."
+                f"{headers[0].location}: the records count frames from "
+                f"{' and from '.join(map(str, sorted(first_numbers)))}. Expected: one numbering. "
+                "Correct startFrame and endFrame."
             )
         return [np.arange(n - header.n_rows, n) for header in headers]
 
@@ -96,7 +96,7 @@ class OtbJsonFormat(ResultFormat):
         self, folder: Path, sequence: str, repetition: int, rows: ResultRows
     ) -> Mapping[Path, str]:
         """See `ResultFormat.write`."""
-        return _texts(folder, sequence, [_record(folder, sequence, rows, "OPE", 1, None)])
+        return _file_texts(folder, sequence, [_record(folder, sequence, rows, "OPE", 1, None)])
 
     def can_write_segments(self, protocol: str) -> bool:
         """Return whether the protocol is TRE, or SRE with the default shifts."""
@@ -112,12 +112,12 @@ class OtbJsonFormat(ResultFormat):
             _record(folder, sequence, rows, evaluation, int(frames[0]) + 1, shift)
             for (frames, rows), shift in zip(segments, shifts, strict=True)
         ]
-        return _texts(folder, sequence, records)
+        return _file_texts(folder, sequence, records)
 
 
 def _read_records(file: Path) -> Sequence[Mapping[str, Any]]:
     try:
-        content: Any = json.loads(read_text_file(file))
+        parsed: Any = json.loads(read_text_file(file))
     except ValueError as error:  # also raised by integers of thousands of digits
         line = getattr(error, "lineno", 1)
         raise ExchangeError(f"{file}, line {line}: invalid JSON ({error}).") from error
@@ -125,9 +125,9 @@ def _read_records(file: Path) -> Sequence[Mapping[str, Any]]:
         raise ExchangeError(
             f"{file}: the JSON is nested too deeply. Expected: records with boxes as `res`."
         ) from error
-    if isinstance(content, dict) and isinstance(content.get("results"), list):
-        content = content["results"]
-    records: Sequence[Any] = content if isinstance(content, list) and content else [content]
+    if isinstance(parsed, dict) and isinstance(parsed.get("results"), list):
+        parsed = parsed["results"]
+    records: Sequence[Any] = parsed if isinstance(parsed, list) and parsed else [parsed]
     if not all(
         isinstance(record, dict) and isinstance(record.get("res"), list) for record in records
     ):
@@ -174,14 +174,16 @@ def _sorted_by_shift(
 
 
 def _parse_boxes(rows: Sequence[Any], location: str) -> NDArray[np.float64]:
-    for number, box in enumerate(rows, 1):
+    for box_number, box in enumerate(rows, 1):
         if not (
             isinstance(box, list)
             and len(box) == 4
             and all(type(value) in (int, float) and not abs(value) > 1e300 for value in box)
         ):
-            text = json.dumps(box)[:60]
-            raise ExchangeError(f"{location}, box {number}: {text}. Expected: x, y, width, height.")
+            raise ExchangeError(
+                f"{location}, box {box_number}: {json.dumps(box)[:60]}. Expected: x, y, width, "
+                "height."
+            )
     return np.array(rows, np.float64).reshape(-1, 4)
 
 
@@ -231,7 +233,9 @@ def _first_number(header: Header, sequence: ResultSequence, valid: Collection[in
     return stated - start
 
 
-def _texts(folder: Path, sequence: str, records: Sequence[Mapping[str, Any]]) -> dict[Path, str]:
+def _file_texts(
+    folder: Path, sequence: str, records: Sequence[Mapping[str, Any]]
+) -> dict[Path, str]:
     return {folder / f"{file_name(sequence)}.json": json.dumps(records) + "\n"}
 
 

@@ -150,22 +150,22 @@ def parse_numbers(line: str, location: str, counts: Collection[int] = ()) -> lis
 
     `location`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
     """
-    text = line.strip()
+    line = line.strip()
     try:
-        numbers = [float(word) for word in re.split(r"\s*,\s*" if "," in text else r"\s+", text)]
+        values = [float(word) for word in re.split(r"\s*,\s*" if "," in line else r"\s+", line)]
     except ValueError:
-        numbers = []
-    problem = form_problem(text)
+        values = []
+    problem = form_problem(line)
     # `float` accepts "1_0" as ten.
-    if not numbers or problem or "_" in line or (counts and len(numbers) not in counts):
+    if not values or problem or "_" in line or (counts and len(values) not in counts):
         expected = {1: "a number", BOX: "four numbers, x y width height"}
         remedy = " with points as decimal separators" * bool(problem)
         problem = problem and f" {problem}"
         raise ExchangeError(
-            f"{location}: {quote(text)}{problem}. Expected: "
+            f"{location}: {quote(line)}{problem}. Expected: "
             f"{expected.get(min(counts, default=0), 'numbers')}{remedy}."
         )
-    return numbers
+    return values
 
 
 def check_decimals(file: Path) -> None:
@@ -187,11 +187,11 @@ def read_boxes(file: Path) -> ResultRows:
     for n, line in enumerate(lines, 1):
         rows.append(parse_numbers(line, f"{file}, line {n}", counts))
         counts = (len(rows[0]),)
-    numbers = np.array(rows, np.float64)
-    if numbers.size == 0 or numbers.shape[1] == BOX:
-        return ResultRows(numbers.reshape(-1, BOX))
+    values = np.array(rows, np.float64)
+    if values.size == 0 or values.shape[1] == BOX:
+        return ResultRows(values.reshape(-1, BOX))
     check_decimals(file)
-    points = numbers.reshape(-1, POLYGON // 2, 2)
+    points = values.reshape(-1, POLYGON // 2, 2)
     boxes = np.column_stack([points.min(axis=1), np.ptp(points, axis=1)])
     note = "the rows have eight numbers and are read as the bounding boxes of polygons"
     return ResultRows(boxes, simplification=note)

@@ -84,17 +84,17 @@ class TextFormat(ResultFormat):
             self.separator.join(f"{value:.{self.decimals}f}" for value in box)
             for box in boxes.tolist()
         )
-        texts = {folder / f"{stem}.txt": "".join(f"{line}\n" for line in lines)}
+        file_texts = {folder / f"{stem}.txt": "".join(f"{line}\n" for line in lines)}
         if self.has_times and repetition == 0:
             times = np.full(len(boxes), np.nan)
             times[int(np.isfinite(boxes).all(axis=1).argmax()) + 1 :] = rows.update_seconds
             times_file = folder / name / f"{name}_time.txt"
-            texts[times_file] = "".join(f"{time:.8f}\n" for time in times)
+            file_texts[times_file] = "".join(f"{time:.8f}\n" for time in times)
         if rows.confidence is not None and self.confidence_suffix:
-            texts[folder / f"{name}{self.confidence_suffix}"] = column_text(rows.confidence)
+            file_texts[folder / f"{name}{self.confidence_suffix}"] = column_text(rows.confidence)
         if rows.confidence is not None and self.vot:
-            texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
-        return texts
+            file_texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
+        return file_texts
 
     def round_boxes(self, boxes: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `ResultFormat.round_boxes`."""

@@ -65,14 +65,14 @@ class VotFormat(ResultFormat):
 
         Of a run from anchors, only the file of the first anchor is returned; see `run_files`.
         """
-        whole, experiment = self.whole_files(folder), _experiment_folder(folder)
+        unanchored, experiment = self.whole_files(folder), _experiment_folder(folder)
         anchored = _text_or_binary_files(experiment, ANCHOR_DIGITS)
-        if both := anchored.keys() & whole.keys():
+        if both := anchored.keys() & unanchored.keys():
             raise ExchangeError(
                 f"{experiment / min(both)}: results from anchors and over the whole sequence. "
                 "Expected: results of one experiment. Move the others to another folder."
             )
-        return whole | {name: paths[:1] for name, paths in anchored.items()}
+        return unanchored | {name: paths[:1] for name, paths in anchored.items()}
 
     def whole_files(self, folder: Path) -> dict[str, list[Path]]:
         """Return the files of runs over whole sequences, as `files` does."""
@@ -150,10 +150,10 @@ class VotFormat(ResultFormat):
         """
         if rows.states is not None:
             return experiment_texts(folder / SUPERVISED, sequence, repetition, rows)
-        texts = experiment_texts(folder / ONE_PASS, sequence, repetition, rows)
+        file_texts = experiment_texts(folder / ONE_PASS, sequence, repetition, rows)
         if rows.confidence is not None:
-            texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
-        return texts
+            file_texts |= experiment_texts(folder / LONG_TERM, sequence, repetition, rows)
+        return file_texts
 
     def can_write_segments(self, protocol: str) -> bool:
         """Return whether the runs start from anchors."""
@@ -164,15 +164,15 @@ class VotFormat(ResultFormat):
     ) -> Mapping[Path, str]:
         """Return the texts of a run from anchors, with exact boxes so that scores stay equal."""
         name = file_name(sequence)
-        texts: dict[Path, str] = {}
+        file_texts: dict[Path, str] = {}
         for frames, rows in segments:
             # A segment over the whole sequence begins with the first frame that has a target.
             first = int(np.isfinite(rows.boxes).all(axis=1).argmax())
             confidence = None if rows.confidence is None else rows.confidence[first:]
             path = folder / SUPERVISED / name / f"{name}_{int(frames[first]):0{ANCHOR_DIGITS}}.txt"
             segment = replace(rows, boxes=rows.boxes[first:], confidence=confidence)
-            texts |= _texts(path, segment, repr)
-        return texts
+            file_texts |= _region_texts(path, segment, repr)
+        return file_texts
 
 
 def experiment_texts(
@@ -180,7 +180,7 @@ def experiment_texts(
 ) -> dict[Path, str]:
     """Return the texts of a run in the folder of an experiment."""
     name = file_name(sequence)
-    return _texts(folder / name / f"{name}_{repetition + 1:03}.txt", rows)
+    return _region_texts(folder / name / f"{name}_{repetition + 1:03}.txt", rows)
 
 
 def _experiment_folder(folder: Path) -> Path:
@@ -224,22 +224,22 @@ def _read_file(file: Path) -> ResultRows:
     boxes = np.full((len(regions), 4), np.nan)
     states = np.full(len(regions), int(FrameState.TRACKED))
     n_simplified = 0
-    for number, (location, is_mask, numbers) in enumerate(regions):
+    for frame, (location, is_mask, values) in enumerate(regions):
         if is_mask:
-            boxes[number] = _mask_bounding_box(numbers, location)
+            boxes[frame] = _mask_bounding_box(values, location)
             n_simplified += 1
-        elif len(numbers) == 1:
-            if numbers[0] not in CODES:
-                raise ExchangeError(f"{location}: {numbers[0]:g}. Expected: a region, 0, 1 or 2.")
-            states[number] = CODES[numbers[0]]
-        elif len(numbers) == 4:
-            boxes[number] = numbers
-        elif len(numbers) >= 6 and len(numbers) % 2 == 0:
-            points = np.array(numbers).reshape(-1, 2)
-            boxes[number] = *points.min(axis=0), *np.ptp(points, axis=0)
+        elif len(values) == 1:
+            if values[0] not in CODES:
+                raise ExchangeError(f"{location}: {values[0]:g}. Expected: a region, 0, 1 or 2.")
+            states[frame] = CODES[values[0]]
+        elif len(values) == 4:
+            boxes[frame] = values
+        elif len(values) >= 6 and len(values) % 2 == 0:
+            points = np.array(values).reshape(-1, 2)
+            boxes[frame] = *points.min(axis=0), *np.ptp(points, axis=0)
             n_simplified += 1
         else:
-            raise ExchangeError(f"{location}: {len(numbers)} numbers. Expected: a region.")
+            raise ExchangeError(f"{location}: {len(values)} numbers. Expected: a region.")
     has_restarts = (
         bool((states == FrameState.FAILED).any()) or file.parent.parent.name == SUPERVISED
     )
@@ -266,7 +266,7 @@ def _text_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
 def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
     """Yield the regions of a binary file as `_text_regions` does."""
     try:
-        data = file.read_bytes()
+        encoded = file.read_bytes()
     except OSError as error:
         raise ExchangeError(f"{file}: cannot be read ({error.strerror}).") from error
     offset = 0
@@ -274,7 +274,7 @@ def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
     def read(form: str, location: str) -> tuple[float, ...]:
         nonlocal offset
         try:
-            values = struct.unpack_from(f"<{form}", data, offset)
+            values = struct.unpack_from(f"<{form}", encoded, offset)
         except struct.error:
             raise ExchangeError(
                 f"{location}: unexpected end of file. Download the file again."
@@ -285,41 +285,41 @@ def _binary_regions(file: Path) -> Iterator[tuple[str, bool, list[float]]]:
     version, length = read("hI", f"{file}, header")
     if version != 1:
         raise ExchangeError(f"{file}: version {version} of the binary format. Expected: version 1.")
-    for number in range(1, int(length) + 1):
-        location = f"{file}, region {number}"
-        (kind,) = read("B", location)
-        if kind == 0:
+    for region_number in range(1, int(length) + 1):
+        location = f"{file}, region {region_number}"
+        (region_type,) = read("B", location)
+        if region_type == 0:
             yield location, False, list(read("I", location))
-        elif kind == 1:
+        elif region_type == 1:
             yield location, False, list(read("4f", location))
-        elif kind == 2:
+        elif region_type == 2:
             (points,) = read("H", location)
             yield location, False, list(read(f"{2 * int(points)}f", location))
-        elif kind == 3:
-            *part, runs = read("hhHHH", location)
-            yield location, True, [*part, *read(f"{int(runs)}H", location)]
+        elif region_type == 3:
+            *rectangle, runs = read("hhHHH", location)
+            yield location, True, [*rectangle, *read(f"{int(runs)}H", location)]
         else:
             raise ExchangeError(
-                f"{location}: unknown kind of region {kind}. Expected: 0 to 3. Download the "
+                f"{location}: unknown kind of region {region_type}. Expected: 0 to 3. Download the "
                 "file again."
             )
-    if rest := len(data) - offset:
+    if rest := len(encoded) - offset:
         raise ExchangeError(
             f"{file}: {rest} bytes after the last of {length} regions. Download the file again."
         )
 
 
-def _mask_bounding_box(numbers: list[float], location: str) -> NDArray[np.float64]:
+def _mask_bounding_box(mask: list[float], location: str) -> NDArray[np.float64]:
     """Return the bounding box of a mask: left, top, width, height, run lengths off, on, off, …."""
-    whole = np.array(numbers)
-    if len(whole) < 4 or not (whole == np.floor(whole)).all() or (whole[2:] < 0).any():
+    values = np.array(mask)
+    if len(values) < 4 or not (values == np.floor(values)).all() or (values[2:] < 0).any():
         raise ExchangeError(
             f"{location}: not a mask. Expected: the letter m, then x, y, width, height and run "
             "lengths as whole numbers."
         )
-    left, top, width, height = whole[:4].tolist()
-    ends = np.cumsum(whole[4:])
-    if not np.isfinite(whole).all() or (len(ends) and ends[-1] > width * height):
+    left, top, width, height = values[:4].tolist()
+    ends = np.cumsum(values[4:])
+    if not np.isfinite(values).all() or (len(ends) and ends[-1] > width * height):
         raise ExchangeError(f"{location}: the mask has more pixels than {width:g}x{height:g}.")
     first, last = ends[0::2][: len(ends) // 2], ends[1::2] - 1
     first, last = first[last >= first], last[last >= first]
@@ -334,7 +334,7 @@ def _mask_bounding_box(numbers: list[float], location: str) -> NDArray[np.float6
     return np.array([left + x, top + y, right - x + 1, bottom - y + 1])
 
 
-def _texts(
+def _region_texts(
     path: Path, rows: ResultRows, text_of_number: Callable[[float], str] = "{:.4f}".format
 ) -> dict[Path, str]:
     """Return the text with one region per line, and the text of the confidences."""
@@ -348,7 +348,7 @@ def _texts(
         codes.get(FrameState(state), ",".join(map(text_of_number, box)))
         for state, box in zip(states.tolist(), rows.boxes.tolist(), strict=True)
     ]
-    texts = {path: "".join(f"{line}\n" for line in lines)}
+    file_texts = {path: "".join(f"{line}\n" for line in lines)}
     if rows.confidence is not None and np.isfinite(rows.confidence).any():
-        texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(rows.confidence)
-    return texts
+        file_texts[path.with_name(f"{path.stem}_confidence.value")] = column_text(rows.confidence)
+    return file_texts

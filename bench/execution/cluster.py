@@ -199,7 +199,7 @@ def _read_result(future: "Future[list[Run] | Exception]", task: Task) -> list[Ru
         result = future.result()
     except KilledWorker as error:
         return SequenceError(
-            f"{task.source.text}: {error.allowed_failures + 1} Dask workers were lost while they "
+            f"{task.source.spec}: {error.allowed_failures + 1} Dask workers were lost while they "
             f"ran this sequence, the last at {error.last_worker.address}. See their logs for the "
             "reason, and run the same command again."
         )

@@ -12,7 +12,7 @@ from trackmark.bench.store.database import open_database
 from trackmark.bench.store.keys import FILE_NAME, ResultsError
 
 _MEASURED = """
-    SELECT tracker, avg(seconds / max(frames, 1)), avg(frame_seconds) FROM run
+    SELECT tracker, avg(seconds / max(frames, 1)), avg(reading_seconds) FROM run
     WHERE status = 'finished' AND seconds IS NOT NULL GROUP BY tracker
 """
 
@@ -31,26 +31,26 @@ def estimate_time(tasks: Tasks, results_root: Path) -> TimeEstimate:
     # Frames that each tracker has to process.
     tracker_frames = np.zeros(len(plan.trackers), np.int64)
     np.add.at(tracker_frames, plan.run_trackers, plan.n_frames @ tasks.requested)
-    update_seconds, frame_seconds = _read_measured_times(results_root)
+    update_seconds, reading_seconds = _read_measured_times(results_root)
     seconds, without_times = 0.0, []
     for spec, frames in zip(plan.trackers.values(), tracker_frames.tolist(), strict=True):
         if spec.label in update_seconds:
             seconds += frames * fmean(update_seconds[spec.label])
         elif frames:
             without_times.append(spec.label)
-    if frame_seconds and seconds:
-        seconds += sum(task.n_frames for task in tasks) * fmean(frame_seconds)
+    if reading_seconds and seconds:
+        seconds += sum(task.n_frames for task in tasks) * fmean(reading_seconds)
     return TimeEstimate(seconds / tasks.n_workers, without_times)
 
 
 def _read_measured_times(results_root: Path) -> tuple[dict[str, list[float]], list[float]]:
     """Return mean times of an update by tracker, and of reading a frame [s], in each experiment."""
     update_seconds: dict[str, list[float]] = {}
-    frame_seconds: list[float] = []
+    reading_seconds: list[float] = []
     for file in sorted(results_root.glob(f"*/{FILE_NAME}")):
         with suppress(ResultsError), open_database(file.parent) as database:  # skips damaged files
             for tracker, seconds, reading in database.select(_MEASURED):
                 update_seconds.setdefault(tracker, []).append(seconds)
                 if reading is not None:
-                    frame_seconds.append(reading)
-    return update_seconds, frame_seconds
+                    reading_seconds.append(reading)
+    return update_seconds, reading_seconds

@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run, drawing_note
+from trackmark.bench.evaluation.run_record import Run, drawing_note, with_metadata
 from trackmark.bench.execution.backend import Executor, create_executor
 from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource, read_experiment
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, read_experiment
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
-from trackmark.bench.store.run_store import RunStore, with_metadata
+from trackmark.bench.store.run_rows import list_runs, run_row, store_scores
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
@@ -111,7 +112,7 @@ class Execution:
         self.plan: Plan = make_plan(
             self.experiment, self._results, self.opened_sequences, self.progress, jobs
         )
-        self._truths: dict[tuple[SequenceSource, str], TruthRow] = {}
+        self._truths: dict[tuple[SequenceSpec, str], TruthRow] = {}
 
     @cached_property
     def executor(self) -> Executor:
@@ -171,15 +172,15 @@ class Execution:
                         self.tracker_errors.append(str(error))
                     continue
                 except SequenceError as error:
-                    if task.source.text not in self.errors:
+                    if task.source.spec not in self.errors:
                         self.on_error(str(error))
-                    self.errors.setdefault(task.source.text, str(error))
+                    self.errors.setdefault(task.source.spec, str(error))
                     continue
                 scored += rows
                 self._report_drawing(rows, drew)
                 yield from rows
         finally:
-            store_scores(self._results, scored)  # otherwise computed by the next reader
+            store_scores(self.folder, scored)  # otherwise computed by the next reader
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -209,15 +210,15 @@ class Execution:
         source = task.source.absolute()
         key = task.source, task.runs[0].identity.fingerprint
         if key not in self._truths:
-            sequence = datasets.load(source.text, truth=source.truth)
+            sequence = datasets.load(source.spec, truth=source.truth)
             row = pack_truth(sequence.fingerprint, stored_truth(sequence))
             self._truths[task.source, sequence.fingerprint] = row
         if key not in self._truths:
             raise SequenceError(
-                f"{task.source.text}: the sequence changed during its runs, which were not stored. "
+                f"{task.source.spec}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
-        origin = {"source": source.text, "truth": str(source.truth or "")}
+        origin = {"source": source.spec, "truth": str(source.truth or "")}
         complete = [
             with_metadata(replace(run, metadata={**run.metadata, **origin})) for run in runs
         ]
@@ -231,7 +232,8 @@ class Execution:
         ]
         others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if others:  # stored by another process
-            rows += [row for row in scored_rows(self._results) if run_key(row) in others]
+            stored = Runs.open(self.folder).stored_rows
+            rows += [row for row in stored if run_key(row) in others]
         return rows
 
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import segment_frames, select_ground_truth
-from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.keys import RunKey, run_key
@@ -52,7 +52,7 @@ class RunStatus(IntEnum):
 class PlannedSequence:
     """Properties of a sequence that was opened and validated."""
 
-    source: SequenceSource
+    source: SequenceSpec
     name: str  # this and the next as in `datasets.Sequence`
     fingerprint: str
     n_frames: int  # number of frames of a run, in all segments
@@ -60,7 +60,7 @@ class PlannedSequence:
     starts: frozenset[str]  # regions that can initialise a tracker; see `ground_truth`
 
 
-OpenedSequences = dict[tuple[SequenceSource, str], PlannedSequence]
+OpenedSequences = dict[tuple[SequenceSpec, str], PlannedSequence]
 """Sequences that were already opened, by source and protocol."""
 
 
@@ -196,7 +196,7 @@ def make_plan(
     protocol = experiment.protocol_key
     opened_sequences = {} if opened_sequences is None else opened_sequences
     # Timing runs have the frames of one-pass runs.
-    frame_protocol = ONE_PASS if experiment.timing else protocol
+    frame_protocol = ONE_PASS if experiment.is_timing else protocol
     keys = dict.fromkeys((source, frame_protocol) for source in experiment.sequences)
     unopened = [key for key in keys if key not in opened_sequences]
     _open_all(unopened, opened_sequences, progress, jobs)
@@ -224,8 +224,8 @@ def _repetitions(
     """
     repetitions = [
         1
-        if spec.randomness is Randomness.NONE and not experiment.timing
-        else experiment.repeated.get(text, experiment.repetitions)
+        if spec.randomness is Randomness.NONE and not experiment.is_timing
+        else experiment.repetitions_by_tracker.get(text, experiment.repetitions)
         for text, spec in trackers.items()
     ]
     number = n_sequences * sum(repetitions)
@@ -251,7 +251,7 @@ def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
 
 
 def _open_all(
-    keys: list[tuple[SequenceSource, str]],
+    keys: list[tuple[SequenceSpec, str]],
     opened_sequences: OpenedSequences,
     progress: Callable[[int, int], None],
     jobs: int,
@@ -269,14 +269,14 @@ def _open_all(
     for number, (key, result) in enumerate(zip(keys, results, strict=True)):
         progress(number, len(keys))
         if isinstance(result, str):
-            errors[key[0].text] = result
+            errors[key[0].spec] = result
         else:
             opened_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
 
 
-def _try_open(key: tuple[SequenceSource, str]) -> PlannedSequence | str:
+def _try_open(key: tuple[SequenceSpec, str]) -> PlannedSequence | str:
     """Return the sequence of a source and protocol, or the message if it cannot be used."""
     source, protocol = key
     try:
@@ -306,8 +306,8 @@ def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSeq
         other = by_name.setdefault(sequence.name, sequence)
         if other.fingerprint != sequence.fingerprint:
             raise ExperimentError(
-                f"two different sequences are called {sequence.name!r}: {other.source.text} and "
-                f"{sequence.source.text}. Rename a folder or a file."
+                f"two different sequences are called {sequence.name!r}: {other.source.spec} and "
+                f"{sequence.source.spec}. Rename a folder or a file."
             )
     return list(by_name.values())
 
@@ -319,7 +319,7 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
         if sequence.name not in stored:
             continue
         origin = sequence.source.absolute()
-        data = SequenceOrigin(sequence.fingerprint, origin.text, str(origin.truth or ""))
+        data = SequenceOrigin(sequence.fingerprint, origin.spec, str(origin.truth or ""))
         if other := find_other_origin(data, stored[sequence.name]):
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
@@ -328,7 +328,7 @@ def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
             )
 
 
-def _open(source: SequenceSource) -> Sequence:
-    sequence = datasets.load(source.text, truth=source.truth)
+def _open(source: SequenceSpec) -> Sequence:
+    sequence = datasets.load(source.spec, truth=source.truth)
     sequence.check_runnable()
     return sequence

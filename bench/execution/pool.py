@@ -167,7 +167,7 @@ class Pool:
                     repeated.append(replace(task, is_isolated=True))
                     continue
                 answer = SequenceError(
-                    f"{task.source.text}: {answer}. This has happened twice, the second time with "
+                    f"{task.source.spec}: {answer}. This has happened twice, the second time with "
                     "each tracker in a process of its own: the sequence cannot be read."
                 )
             work += task.work

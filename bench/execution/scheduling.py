@@ -89,7 +89,7 @@ class Tasks:
             key = identity.tracker, planned.name, repetition, plan.protocol
             version, _ = plan.stored.get(key, ("", ""))
             planned_runs.append(PlannedRun(text, identity, version))
-        arrays = plan.experiment.arrays
+        arrays = plan.experiment.keeps_arrays
         return Task(planned.source, tuple(planned_runs), planned.n_frames, keep_arrays=arrays)
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import NamedTuple
 
-from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.datasets import SequenceError
 
@@ -27,7 +27,7 @@ class Task:
     All runs have the same protocol. A task for timing has a single run.
     """
 
-    source: SequenceSource
+    source: SequenceSpec
     runs: tuple[PlannedRun, ...]
     n_frames: int
     keep_arrays: bool = False  # whether arrays, masks and maps are stored

@@ -201,7 +201,7 @@ def run_task(task: Task, limits: Limits) -> list[Run]:
     _check_unchanged(task)  # boxes must not be stored under another version
     metadata: dict[str, Any] = {"host": socket.gethostname()}
     if task.protocol != TIMING:
-        metadata["frame_seconds"] = result.frame_seconds
+        metadata["reading_seconds"] = result.reading_seconds
     return [replace(run, metadata={**run.metadata, **metadata}) for run in result.runs]
 
 
@@ -211,7 +211,7 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     Raises `SequenceError` if the sequence cannot be opened or has changed since the plan, and
     `UnusableTrackerError` if a tracker cannot be created as planned.
     """
-    sequence = datasets.load(task.source.text, truth=task.source.truth)
+    sequence = datasets.load(task.source.spec, truth=task.source.truth)
     try:
         parsed = parse_trackers(run.tracker for run in task.runs)
     except (TrackerError, OSError) as error:

@@ -52,25 +52,25 @@ class ExperimentError(ValueError):
 
 
 @dataclass(frozen=True)
-class SequenceSource:
+class SequenceSpec:
     """Specification of a sequence.
 
     Attributes
     ----------
-    text : str
+    spec : str
         Name with parameters, or path, as for `datasets.load`.
     truth : Path or None
         Ground-truth file for recorded data without ground truth.
     """
 
-    text: str
+    spec: str
     truth: Path | None = None
 
-    def absolute(self) -> "SequenceSource":
-        """Return the source with absolute paths."""
-        path = Path(self.text).expanduser()
-        text = self.text if is_built_in(self.text) else str(path.absolute())
-        return SequenceSource(text, self.truth.absolute() if self.truth else None)
+    def absolute(self) -> "SequenceSpec":
+        """Return the specification with absolute paths."""
+        path = Path(self.spec).expanduser()
+        spec = self.spec if is_built_in(self.spec) else str(path.absolute())
+        return SequenceSpec(spec, self.truth.absolute() if self.truth else None)
 
 
 @dataclass(frozen=True)
@@ -83,43 +83,43 @@ class Experiment:
         Name of the results folder.
     trackers : tuple of str
         Specifications of the trackers.
-    sequences : tuple of SequenceSource
+    sequences : tuple of SequenceSpec
         Sequences; relative paths refer to the current folder.
     repetitions : int
         Number of repetitions of stochastic trackers; other trackers run once.
-    repeated : mapping of str to int
+    repetitions_by_tracker : mapping of str to int
         Numbers of repetitions that differ from `repetitions`, by specification of the tracker.
-    timing : bool
+    is_timing : bool
         True if runs are timed one by one. Otherwise, trackers run in lock step.
     title : str
         Title of the report.
     protocol : str
         Protocol, in a form that `bench.protocols.parse_protocol` accepts; timing runs are one-pass.
-    arrays : bool
+    keeps_arrays : bool
         True if new runs store masks, contours, particles and maps of trackers.
     """
 
     name: str
     trackers: tuple[str, ...]
-    sequences: tuple[SequenceSource, ...]
+    sequences: tuple[SequenceSpec, ...]
     repetitions: int = 1
-    repeated: Mapping[str, int] = field(default_factory=dict)
-    timing: bool = False
+    repetitions_by_tracker: Mapping[str, int] = field(default_factory=dict)
+    is_timing: bool = False
     title: str = ""
     protocol: str = "one-pass"
-    arrays: bool = False
+    keeps_arrays: bool = False
 
     @property
     def protocol_key(self) -> str:
-        """Canonical text of the protocol under which runs are stored; `timing` for timing runs."""
+        """Key of the protocol in `runs.db`; timing runs have the key `timing`."""
         from trackmark.bench.protocols import TIMING
 
-        return TIMING if self.timing else self._protocol.key
+        return TIMING if self.is_timing else self._protocol.key
 
     @property
     def time_dependent(self) -> bool:
         """True if runs depend on the time of updates; such runs are executed one by one."""
-        return self.timing or self._protocol.time_dependent
+        return self.is_timing or self._protocol.time_dependent
 
     @property
     def _protocol(self) -> "EvaluationProtocol":
@@ -129,43 +129,43 @@ class Experiment:
 
     def __post_init__(self) -> None:
         check_folder_name(self.name)
-        for number in (self.repetitions, *self.repeated.values()):
-            if number < 1:
-                raise ExperimentError(f"{self.name}: repetitions: {number}. Give 1 or more.")
+        for count in (self.repetitions, *self.repetitions_by_tracker.values()):
+            if count < 1:
+                raise ExperimentError(f"{self.name}: repetitions: {count}. Give 1 or more.")
         if not self.trackers or not self.sequences:
             raise ExperimentError(
                 f"{self.name}: no tracker or no sequence is given. Give at least one of each."
             )
-        for texts in (self.trackers, [source.text for source in self.sequences]):
-            ((text, number),) = Counter(texts).most_common(1)
-            if number > 1:
-                raise ExperimentError(f"{self.name}: {quote(text)} is named twice.")
+        for names in (self.trackers, [source.spec for source in self.sequences]):
+            ((name, count),) = Counter(names).most_common(1)
+            if count > 1:
+                raise ExperimentError(f"{self.name}: {quote(name)} is named twice.")
         try:
             one_pass = self.protocol == Experiment.protocol
             one_pass = one_pass or self._protocol.name == Experiment.protocol
         except ValueError as error:
             raise ExperimentError(f"{self.name}: {error}") from None
-        if self.arrays and (self.timing or not one_pass):
+        if self.keeps_arrays and (self.is_timing or not one_pass):
             raise ExperimentError(
                 f"{self.name}: arrays are stored only for one-pass runs without timing. "
                 "Omit arrays, or change the protocol."
             )
-        if self.timing and not one_pass:
+        if self.is_timing and not one_pass:
             raise ExperimentError(
                 f"{self.name}: timing runs are one-pass. Omit the protocol {self.protocol}."
             )
 
 
-def check_folder_name(name: str, kind: str = "results folder", remedy: str = "") -> None:
+def check_folder_name(name: str, noun: str = "results folder", remedy: str = "") -> None:
     """Raise `ExperimentError` if `name` cannot be that of a results folder or a baseline.
 
-    `kind`: what has the name, in messages. `remedy`: alternative to a valid name.
+    `noun`: what has the name, in messages. `remedy`: alternative to a valid name.
     """
     check_name(Path(name))
     is_plain = name.isprintable() and name == name.strip() and "/" not in name
     if not (name and is_plain) or name.startswith((".", "_")):
         raise ExperimentError(
-            f"{quote(name)} is not a valid name of a {kind}. Use a name without '/', control "
+            f"{quote(name)} is not a valid name of a {noun}. Use a name without '/', control "
             f"characters and spaces at its ends, which starts with neither '.' nor '_'{remedy}."
         )
 
@@ -181,25 +181,25 @@ def default_name(
         raise ExperimentError("no tracker or no sequence is given. Give at least one of each.")
     trackers = sorted(trackers)
     # Excluded sequences are last, because the first text gives the name.
-    sequences = sorted(sequences, key=lambda text: (text.startswith("!"), text))
-    content = json.dumps([trackers, sequences, str(truth or "")])
-    digest = hashlib.sha256(content.encode()).hexdigest()[:6]
-    names = [_tracker_name(text) for text in trackers]
+    sequences = sorted(sequences, key=lambda spec: (spec.startswith("!"), spec))
+    identity = json.dumps([trackers, sequences, str(truth or "")])
+    digest = hashlib.sha256(identity.encode()).hexdigest()[:6]
+    names = [_tracker_name(spec) for spec in trackers]
     return f"{_short_name(names)}-on-{_short_name(sequences)}-{digest}"
 
 
-def _tracker_name(text: str) -> str:
+def _tracker_name(spec: str) -> str:
     """Return the name that a specification gives, or the specification without interpreter."""
-    parts = text.split(":")
+    parts = spec.split(":")
     names = [part.removeprefix("as=") for part in parts if part.startswith("as=")]
     return names[0] if names else ":".join(p for p in parts if not p.startswith("python="))
 
 
-def _short_name(texts: Sequence[str]) -> str:
+def _short_name(specs: Sequence[str]) -> str:
     """Return the last part of the first text and the number of other texts: `static+2`."""
-    parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in texts[0].split("/")]
+    parts = [re.sub(r"[^\w.=]+", "-", part).strip("-._") for part in specs[0].split("/")]
     name = next(filter(None, reversed(parts)), "any")[:_MAX_NAME]
-    return f"{name}+{len(texts) - 1}" if len(texts) > 1 else name
+    return f"{name}+{len(specs) - 1}" if len(specs) > 1 else name
 
 
 def experiment_names() -> list[str]:
@@ -268,54 +268,59 @@ def _experiment(path: Path, table: dict[str, Any]) -> Experiment:
     if (version := table.pop("version")) != VERSION:
         raise ExperimentError(f"{path}: version {version} is not supported; use {VERSION}.")
     trackers = list(_expanded(path, "trackers", table.pop("trackers"), "repetitions"))
-    for text, number in trackers:
-        if number is not None and type(number) is not int:
-            raise ExperimentError(f"{path}: trackers: {text!r}: repetitions must be an integer.")
+    for spec, n_repetitions in trackers:
+        if n_repetitions is not None and type(n_repetitions) is not int:
+            raise ExperimentError(f"{path}: trackers: {spec!r}: repetitions must be an integer.")
     sequences = _expanded(path, "sequences", table.pop("sequences"), "truth")
     return Experiment(
         name=path.stem,
-        trackers=tuple(text for text, _ in trackers),
+        trackers=tuple(spec for spec, _ in trackers),
         sequences=tuple(
-            SequenceSource(text, None if truth is None else Path(str(truth)))
-            for text, truth in sequences
+            SequenceSpec(spec, None if truth is None else Path(str(truth)))
+            for spec, truth in sequences
         ),
-        repeated={text: number for text, number in trackers if number is not None},
+        repetitions_by_tracker={
+            spec: n_repetitions for spec, n_repetitions in trackers if n_repetitions is not None
+        },
+        is_timing=table.pop("timing", False),
+        keeps_arrays=table.pop("arrays", False),
         **{"title": path.stem} | table,
     )
 
 
 def _expanded(
-    path: Path, kind: str, entries: Iterable[Any], special: str
+    path: Path, list_name: str, items: Iterable[Any], special: str
 ) -> Iterable[tuple[str, Any]]:
-    """Yield the specifications of entries; a table expands to the product of its lists.
+    """Yield the specifications of list items; a table expands to the product of its lists.
 
     `special` is a key that is not part of the specification; its value is yielded separately.
     """
     count = sum(
-        math.prod(len(value) for value in entry.values() if isinstance(value, list))
-        for entry in entries
-        if isinstance(entry, dict)
+        math.prod(len(value) for value in item.values() if isinstance(value, list))
+        for item in items
+        if isinstance(item, dict)
     )
     if count > MAX_SWEPT:  # checked before the product is computed, which may not fit into memory
         raise ExperimentError(
-            f"{path}: {kind} expands to {count} combinations; the maximum is {MAX_SWEPT}. Use "
+            f"{path}: {list_name} expands to {count} combinations; the maximum is {MAX_SWEPT}. Use "
             "fewer values."
         )
-    for entry in entries:
-        if isinstance(entry, str):
-            yield entry, None
-        elif isinstance(entry, dict) and isinstance(entry.get("name"), str | list):
-            options = {"name": entry["name"], **entry}
+    for item in items:
+        if isinstance(item, str):
+            yield item, None
+        elif isinstance(item, dict) and isinstance(item.get("name"), str | list):
+            options = {"name": item["name"], **item}
             value = options.pop(special, None)
-            lists = [item if isinstance(item, list) else [item] for item in options.values()]
+            lists = [level if isinstance(level, list) else [level] for level in options.values()]
             if not all(lists):
                 raise ExperimentError(
-                    f"{path}: {kind}: {entry!r} contains an empty list. Give at least one value."
+                    f"{path}: {list_name}: {item!r} contains an empty list. Give at least one "
+                    "value."
                 )
             for name, *values in product(*lists):
                 keys = list(options)[1:]
                 yield format_text(str(name), dict(zip(keys, values, strict=True))), value
         else:
             raise ExperimentError(
-                f"{path}: {kind}: {entry!r} is neither a text nor a table with the key 'name'."
+                f"{path}: {list_name}: {item!r} is neither a text nor a table with the key 'name'."
             )

@@ -221,13 +221,13 @@ def source_file(tracker: TrackerFactory) -> Path | None:
     return Path(source) if source and Path(source).is_file() else None
 
 
-def parse_trackers(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+def parse_trackers(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers by their specifications, with their versions; see `parse_tracker`."""
     versions: TrackerVersions = {}
-    specs = {text: parse_tracker(text, versions) for text in dict.fromkeys(texts)}
-    for spec in specs.values():
-        spec.version  # noqa: B018  # computed now, before the file can change
-    return specs
+    parsed = {spec: parse_tracker(spec, versions) for spec in dict.fromkeys(specs)}
+    for tracker in parsed.values():
+        tracker.version  # noqa: B018  # computed now, before the file can change
+    return parsed
 
 
 class SequenceIdentity(typing.Protocol):
@@ -241,28 +241,28 @@ class SequenceIdentity(typing.Protocol):
 
 
 def run_identity(
-    chosen: TrackerSpec,
+    spec: TrackerSpec,
     sequence: SequenceIdentity,
     repetition: int,
     protocol: str = ONE_PASS,
 ) -> Identity:
     """Return the identity of a run of a tracker on a sequence."""
     return Identity(
-        tracker=chosen.label,
-        tracker_name=chosen.name,
-        preset=chosen.preset,
-        parameters=chosen.parameters,
-        tracker_code=chosen.version,
+        tracker=spec.label,
+        tracker_name=spec.name,
+        preset=spec.preset,
+        parameters=spec.parameters,
+        tracker_code=spec.version,
         sequence=sequence.name,
         fingerprint=sequence.fingerprint,
         repetition=repetition,
         protocol=protocol,
-        init=chosen.init,
+        init=spec.init,
     )
 
 
-def _from_text(text: str, versions: TrackerVersions) -> TrackerSpec:
-    name, options = split_text(text)
+def _from_text(tracker: str, versions: TrackerVersions) -> TrackerSpec:
+    name, options = split_text(tracker)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     if is_external(name, options) or is_outside(name):
@@ -335,26 +335,26 @@ def _make_spec(
     )
 
 
-def resolve_specs(texts: Iterable[str]) -> dict[str, TrackerSpec]:
+def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers as `parse_trackers`, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
     """
     try:
-        return parse_trackers(texts)
+        return parse_trackers(specs)
     finally:
         close_idle_processes()
 
 
-def describe_tracker(text: str) -> dict[str, Any]:
+def describe_tracker(spec: str) -> dict[str, Any]:
     """Describe a tracker as `trackers.describe` does, also one from outside the package.
 
-    `text` is a name; only a tracker in another environment needs its options.
+    `spec` is a name; only a tracker in another environment needs its options.
     """
     from trackmark.bench.external.definition import open_external
     from trackmark.bench.external.isolated import describe_isolated
 
-    name, options = split_text(text)
+    name, options = split_text(spec)
     try:
         if is_external(name, options):
             external = open_external(name, options)
@@ -365,22 +365,22 @@ def describe_tracker(text: str) -> dict[str, Any]:
         close_idle_processes()
 
 
-def split_text(text: str) -> tuple[str, dict[str, str]]:
+def split_text(spec: str) -> tuple[str, dict[str, str]]:
     """Return name (or file and class) and options of a specification.
 
     Raises `TrackerError` for a malformed text.
     """
-    speaks_trax = text.strip().startswith("trax:")  # its command can name a file
-    table = None if speaks_trax else split_table(text.strip())
-    place: tuple[Path | str, str] | None = table
+    speaks_trax = spec.strip().startswith("trax:")  # its command can name a file
+    table = None if speaks_trax else split_table(spec.strip())
+    file_and_class: tuple[Path | str, str] | None = table
     if not (table or speaks_trax):
-        place = in_file(text.strip())
-    file, rest = place or ("", text)
-    if place and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
+        file_and_class = in_file(spec.strip())
+    file, rest = file_and_class or ("", spec)
+    if file_and_class and table is None and "=" in rest.partition(":")[0]:  # an option, not a class
         rest = f":{rest}"
     try:
         name, options = parse_text(rest)
     except ValueError as error:
         hint = " A command with ':' needs a table of a TOML file." if speaks_trax else ""
         raise TrackerError(f"tracker {error}{hint}") from None
-    return (f"{file}:{name}" if name else str(file)) if place else name, options
+    return (f"{file}:{name}" if name else str(file)) if file_and_class else name, options

@@ -151,7 +151,7 @@ class IsolatedTracker(RemoteTracker):
 
     @property
     def device(self) -> str:
-        """See `SelfTimed.device`."""
+        """See `RemoteTracker.device`."""
         return self._device
 
     @property

@@ -16,41 +16,34 @@ arrays are in the file of frames, after the mask. `revised` is a list of frames 
 """
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark import trackers
 from trackmark.bench.external.process import exception_text
-from trackmark.bench.external.worker import read_array, write_arrays
+from trackmark.bench.external.worker import Operations, write_arrays
 from trackmark.bench.machine_errors import machine_fault
 from trackmark.trackers import Estimate, TrackerError
-from trackmark.trackers.base.call_clock import CallClock, SelfTimed, device_name, synchronise
-from trackmark.trackers.base.estimate_check import (
-    MalformedEstimateError,
-    read_box,
-    read_estimate,
-    value_text,
-)
+from trackmark.trackers.base import call_clock
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 from trackmark.trackers.base.global_generators import GlobalGenerators
-from trackmark.trackers.base.plain import seed_number
+from trackmark.trackers.base.plain import PlainTracker, read_answer, seed_number
 
 OPTIONAL_METHODS = ("watch", "finish", "maps")
 
 
-class IsolatedTrackers:
-    """Operations on trackers, which this process runs one after another.
-
-    `frames` is the file of frames.
-    """
+class IsolatedTrackers(Operations):
+    """Operations on trackers of the full interface; see `Operations`."""
 
     def __init__(self, frames: Any) -> None:
-        self._frames = frames
-        self._clock = CallClock()
+        super().__init__(frames, call_clock)
         self._tracker: Any = None
         self._generators = GlobalGenerators(0)
+        cv2.setNumThreads(1)  # as in a worker: several processes share the cores
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation.
@@ -59,7 +52,7 @@ class IsolatedTrackers:
         """
         is_call = operation not in ("catalogue", "describe")
         try:
-            return getattr(self, operation)(**arguments)
+            return super().perform(operation, **arguments)
         except MalformedEstimateError as error:
             return {"invalid": str(error), "drawn": self._generators.drawn}
         except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
@@ -113,41 +106,43 @@ class IsolatedTrackers:
     def init(self, pixels: Any, box: Sequence[float]) -> dict[str, Any]:
         """Initialise the tracker."""
         image, mask = self._read([*pixels, None])[:2]
-        return self._call(self._tracker.init, image, np.array(box, np.float64), mask)[1]
+        values = np.array(box, np.float64)
+        if isinstance(tracker := self._tracker, PlainTracker):
+            image = tracker.convert(image)
+            return self._call(tracker.plain, tracker.plain_init, image, values, mask)[1]
+        return self._call(tracker, tracker.init, image, values, mask)[1]
 
     def update(self, pixels: Any, keeps_arrays: bool) -> dict[str, Any]:
         """Return the estimate of the tracker."""
         (image,) = self._read(pixels)
         shape = image.shape
-        estimate, answer = self._call(self._tracker.update, image)
-        if not isinstance(estimate, Estimate):
-            raise MalformedEstimateError(
-                f"update returned {value_text(estimate)}. Expected: an Estimate"
-            )
-        fields = read_estimate(estimate, shape)
-        if estimate.box is None and estimate.visible:
-            read_box(estimate.box)  # raises the error: only a lost target has no box
-        if estimate.revised:
-            answer["revised"] = list(estimate.revised.items())
+        if isinstance(tracker := self._tracker, PlainTracker):
+            plain = tracker.plain
+            estimate, answer = self._call(plain, plain.update, tracker.convert(image))
+        else:
+            estimate, answer = self._call(tracker, tracker.update, image)
+        fields = read_answer(tracker, estimate, shape)
         arrays = {} if fields["mask"] is None else {"mask": fields.pop("mask")}
-        if keeps_arrays:
-            arrays |= {f"arrays.{key}": np.array(value) for key, value in estimate.arrays.items()}
+        if isinstance(estimate, Estimate):
+            if estimate.revised:
+                answer["revised"] = list(estimate.revised.items())
+            if keeps_arrays:
+                named = estimate.arrays.items()
+                arrays |= {f"arrays.{key}": np.array(value) for key, value in named}
         return answer | {"estimate": fields | {"mask": None}} | self._write(arrays)
 
     def maps(self, pixels: Any) -> dict[str, Any]:
         """Return the weight maps of the frame that was just passed to `update`."""
         with self._generators:
-            return self._write(dict(self._tracker.maps(*self._read(pixels))))
+            maps = dict(self._tracker.maps(*self._read(pixels)))
+        self.copies.end()  # before it writes to the file of frames
+        return self._write(maps)
 
     def finish(self) -> dict[str, Any]:
         """Return the corrected boxes of the tracker at the end of the sequence."""
         with self._generators:
             revised = list(self._tracker.finish().items())
         return {"revised": revised, "drawn": self._generators.drawn}
-
-    def _read(self, pixels: Any) -> list[NDArray[Any]]:
-        self._frames.seek(0)
-        return [array and read_array(self._frames, *array) for array in pixels]
 
     def _write(self, arrays: Mapping[str, NDArray[Any]]) -> dict[str, Any]:
         for name, array in arrays.items():
@@ -158,16 +153,3 @@ class IsolatedTrackers:
         values = [np.asarray(array) for array in arrays.values()]
         types = write_arrays(self._frames, values) if values else []
         return {"arrays": dict(zip(arrays, types, strict=True))}
-
-    def _call(self, method: Callable[..., Any], *arguments: Any) -> tuple[Any, dict[str, Any]]:
-        """Return the result of a method of the tracker, and the facts about the call."""
-        with self._generators:
-            self._clock.start()
-            result = method(*arguments)
-            if isinstance(self._tracker, SelfTimed):
-                time = self._tracker.call_time
-            else:
-                synchronise(self._tracker)
-                time = self._clock.stop()
-        device = device_name(self._tracker)
-        return result, {"time": time, "device": device, "drawn": self._generators.drawn}

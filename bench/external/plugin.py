@@ -12,17 +12,19 @@ from trackmark import trackers
 from trackmark.bench.external.process import LineProcess
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.trackers.base.call_clock import SelfTimed
+from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
 from trackmark.trackers.base.parameters import Parameters
 from trackmark.trackers.base.plain import AdaptedTracker
 
 
-class RemoteTracker(SelfTimed):
+class RemoteTracker:
     """Base class of trackers that pass frames to another process.
 
     Attributes
     ----------
+    call_time : CallTime
+        Times of the last call of `init` or `update`, without conversion of images and transfer.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
     drawn : list of str
@@ -31,9 +33,15 @@ class RemoteTracker(SelfTimed):
         True if the arrays of estimates are stored; otherwise they need not be transferred.
     """
 
+    call_time: CallTime
     clock: ClassVar[str] = ""
     drawn: Sequence[str] = ()
     keeps_arrays = False
+
+    @property
+    def device(self) -> str:
+        """Name of the accelerator; empty if unknown."""
+        return ""
 
     @abstractmethod
     def reject(self, error: MalformedEstimateError) -> Exception:

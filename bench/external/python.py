@@ -78,7 +78,7 @@ class PythonPlugin(ExternalPlugin):
 
     @property
     def device(self) -> str:
-        """See `SelfTimed.device`."""
+        """See `RemoteTracker.device`."""
         return self._device
 
     def close(self) -> None:

@@ -1,7 +1,7 @@
 """Child process that answers requests of the harness.
 
-Usage, by `start.py`: python worker.py FRAMES HOME OPERATIONS ARGUMENT... OPERATIONS is a class with
-the method `perform`, as `module:Class`, which is created with the file FRAMES and the arguments.
+Usage, by `start.py`: python worker.py FRAMES HOME OPERATIONS ARGUMENT... OPERATIONS is a class that
+derives from `Operations`, as `module:Class`; it is created with the file FRAMES and the arguments.
 HOME is the folder of the package trackmark. If OPERATIONS is empty, the arguments are the file of a
 tracker and, optionally, its class. The process then needs Python 3.6 or newer and NumPy, but not
 trackmark.
@@ -9,8 +9,8 @@ trackmark.
 Each request on stdin, `[number, operation, arguments]`, is one line of JSON. So is each answer on
 stdout, `[number, answer]` after `MARK`, with the number of the request. Output of the tracker goes
 to stderr. After an exception, the answer is `error`, the traceback is on stderr, and the process
-ends. If the tracker forks the process, and the copy returns from the call, the answer is an error
-without a number.
+ends. If the tracker forks the process, and the copy returns from the call, the copy ends before it
+writes anything, and the answer is `problem`, which also ends the process.
 
 | operation and arguments | answer |
 |---|---|
@@ -32,13 +32,14 @@ import importlib.util
 import json
 import os
 import queue
+import select
 import signal
 import sys
 import sysconfig
 import threading
 import time
 import traceback
-from typing import Any, Callable, Iterator, List
+from typing import Any, Dict, Iterator, List, Tuple
 
 try:
     import numpy as np
@@ -53,6 +54,9 @@ FORKED = (
 )
 END_SECONDS = 1.0
 """Time that a tracker has to return when the harness has ended [s]."""
+
+COPY_SECONDS = 1.0
+"""Time in which a copy of the process returns from the call that has forked it [s]."""
 
 
 def import_file(path: str, name: str) -> Any:
@@ -73,12 +77,11 @@ def import_rules(name: str) -> Any:
     return import_file(os.path.join(BASE, name + ".py"), "trackmark_" + name)
 
 
-def serve(perform: Callable[..., Any]) -> None:
-    """Answer requests until stdin ends, by `perform(operation, **arguments)`.
+def serve(operations: Any) -> None:
+    """Answer requests until stdin ends, by `Operations.perform` in the main thread.
 
-    An answer with the key `problem` or `error` is the last one. `perform` runs in the main thread.
+    An answer with the key `problem` or `error` is the last one.
     """
-    process = os.getpid()
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
@@ -89,13 +92,13 @@ def serve(perform: Callable[..., Any]) -> None:
     for line in iter(lines.get, ""):
         number, operation, arguments = json.loads(line)
         try:
-            answer = perform(operation, **arguments)
+            answer = operations.perform(operation, **arguments)
+        except SystemExit:
+            raise
         except BaseException as error:
-            if isinstance(error, SystemExit) and os.getpid() == process:
-                raise
             answer = {"error": describe_error(error)}
-        if os.getpid() != process:
-            number, answer = None, {"problem": FORKED}
+        if operations.copies.have_returned():
+            answer = {"problem": FORKED}
         answers.write(MARK + json.dumps([number, answer], default=convert) + "\n")
         answers.flush()
         if "problem" in answer or "error" in answer:
@@ -141,30 +144,110 @@ def write_arrays(file: Any, arrays: Any) -> List[Any]:
     return [[array.shape, array.dtype.str] for array in arrays]
 
 
-class PlainTrackers:
+class Copies:
+    """Copies of this process: a tracker forks them, and they return from its call by mistake."""
+
+    def __init__(self) -> None:
+        self._process = os.getpid()
+        self._reader, self._writer = os.pipe()
+        self._has_forked = self._is_new = False
+        if hasattr(os, "register_at_fork"):  # not on Windows
+            os.register_at_fork(after_in_parent=self._note)
+
+    def _note(self) -> None:
+        self._has_forked = self._is_new = True
+
+    def end(self) -> None:
+        """End this process if it is a copy."""
+        if os.getpid() != self._process:
+            try:
+                os.write(self._writer, b"returned")
+            finally:
+                os._exit(1)
+
+    def have_returned(self) -> bool:
+        """Return whether a copy has returned from a call; wait for a copy that was just forked.
+
+        Processes of `multiprocessing` do not return. They cost this time once, if they still run.
+        """
+        if not self._has_forked:
+            return False
+        seconds = COPY_SECONDS if self._is_new and has_children() else 0.0
+        self._is_new = False
+        return bool(select.select([self._reader], [], [], seconds)[0])
+
+
+def has_children() -> bool:
+    """Return whether this process has child processes; True if the system cannot tell."""
+    try:
+        os.waitid(os.P_ALL, 0, os.WEXITED | os.WNOHANG | os.WNOWAIT)
+    except ChildProcessError:
+        return False
+    except AttributeError:  # macOS
+        pass
+    return True
+
+
+class Operations:
+    """Base class of operations on trackers, which this process runs one after another.
+
+    `frames` is the file of frames, `clocks` the module `call_clock`. `_generators` is the context
+    of the code of the current tracker, an instance of `GlobalGenerators`.
+    """
+
+    _generators = None  # type: Any
+
+    def __init__(self, frames: Any, clocks: Any) -> None:
+        self._frames, self._clocks = frames, clocks
+        self._clock = clocks.CallClock()
+        self.copies = Copies()
+
+    def perform(self, operation: str, **arguments: Any) -> Any:
+        """Return the answer of an operation."""
+        try:
+            return getattr(self, operation)(**arguments)
+        finally:
+            self.copies.end()
+
+    def _read(self, pixels: Any) -> Any:
+        """Return the images and masks in the file of frames; None for None."""
+        self._frames.seek(0)
+        return [array and read_array(self._frames, *array) for array in pixels]
+
+    def _call(self, tracker: Any, method: Any, *arguments: Any) -> Tuple[Any, Dict[str, Any]]:
+        """Return the result of a method of the tracker, and the facts about the call."""
+        with self._generators:
+            self._clock.start()
+            result = method(*arguments)
+            self._clocks.synchronise(tracker)
+            answer = {"time": self._clock.stop()}
+        self.copies.end()  # before it writes to the file of frames
+        device = self._clocks.device_name(tracker)
+        return result, dict(answer, device=device, drawn=self._generators.drawn)
+
+
+class PlainTrackers(Operations):
     """Operations on the trackers of a class that needs nothing of trackmark.
 
     The class `name` can be empty if the file has one tracker.
     """
 
     def __init__(self, frames: Any, path: str, name: str = "") -> None:
-        self._frames, self._path, self._name = frames, os.path.abspath(path), name
-        self._rules, self._estimates, self._clocks, self._generators = map(
-            import_rules, ("plain_class", "estimate_check", "call_clock", "global_generators")
+        Operations.__init__(self, frames, import_rules("call_clock"))
+        self._path, self._name = os.path.abspath(path), name
+        self._rules, self._estimates, generators = map(
+            import_rules, ("plain_class", "estimate_check", "global_generators")
         )
-        self._clock = self._clocks.CallClock()
-        self._class = self._tracker = self._context = None  # type: Any
-
-    def perform(self, operation: str, **arguments: Any) -> Any:
-        """Return the answer of an operation."""
-        return getattr(self, operation)(**arguments)
+        self._new_generators = generators.GlobalGenerators
+        self._class = self._tracker = None  # type: Any
 
     def describe(self) -> Any:
         """Return the description of the class."""
         sys.path[0] = os.path.dirname(self._path)  # instead of the folder of this file
         sys.argv = [self._path]  # those of this process are not for the file
         stem = os.path.splitext(os.path.basename(self._path))[0]
-        with self._generators.GlobalGenerators(0):  # imports get equal numbers in each process
+        self._generators = self._new_generators(0)  # imports get equal numbers in each process
+        with self._generators:
             module = import_file(self._path, "trackmark_plugin_" + stem)
         try:
             self._class = self._rules.tracker_class(module, self._name)
@@ -180,22 +263,22 @@ class PlainTrackers:
         def sequence() -> Any:
             return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
 
-        self._context = self._generators.GlobalGenerators(seed)
-        with self._context:
+        self._generators = self._new_generators(seed)
+        with self._generators:
             self._tracker = self._rules.create(self._class, parameters, seed, sequence)
-        return {"drawn": self._context.drawn}
+        return {"drawn": self._generators.drawn}
 
     def init(self, pixels: Any, box: Any) -> Any:
         """Initialise the tracker."""
         image, mask = self._read(pixels + [None])[:2]
         init = self._rules.adapt_init(self._tracker.init)
-        return self._call(init, image, np.array(box, np.float64), mask)[1]
+        return self._call(self._tracker, init, image, np.array(box, np.float64), mask)[1]
 
     def update(self, pixels: Any) -> Any:
         """Return the estimate of the tracker."""
         (image,) = self._read(pixels)
         shape = image.shape
-        estimate, answer = self._call(self._tracker.update, image)
+        estimate, answer = self._call(self._tracker, self._tracker.update, image)
         try:
             fields = self._estimates.read_estimate(estimate, shape)
         except self._estimates.MalformedEstimateError as error:
@@ -203,20 +286,6 @@ class PlainTrackers:
         if fields["mask"] is not None:
             (fields["mask"],) = write_arrays(self._frames, [fields["mask"]])
         return dict(answer, estimate=fields)
-
-    def _read(self, pixels: Any) -> Any:
-        self._frames.seek(0)
-        return [array and read_array(self._frames, *array) for array in pixels]
-
-    def _call(self, method: Any, *arguments: Any) -> Any:
-        """Return the result of a method of the tracker, and the facts about the call."""
-        with self._context:
-            self._clock.start()
-            result = method(*arguments)
-            self._clocks.synchronise(self._tracker)
-            answer = {"time": self._clock.stop()}
-        device = self._clocks.device_name(self._tracker)
-        return result, dict(answer, device=device, drawn=self._context.drawn)
 
 
 def libraries() -> Iterator[Any]:
@@ -240,14 +309,14 @@ def main() -> None:
     arguments = sys.argv[4:]
     frames = open(path, "r+b", buffering=0)
     if not operations:
-        serve(PlainTrackers(frames, *arguments).perform)
+        serve(PlainTrackers(frames, *arguments))
         return
     sys.path[:] = [folder for folder in sys.path if folder != FOLDER]
     if home not in sys.path:
         sys.path.insert(0, home)
     del sys.argv[1:]  # they are not for the files of trackers
     module, _, name = operations.partition(":")
-    serve(getattr(importlib.import_module(module), name)(frames, *arguments).perform)
+    serve(getattr(importlib.import_module(module), name)(frames, *arguments))
 
 
 if __name__ == "__main__":

@@ -110,8 +110,7 @@ class WorkerProcess(LineProcess):
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:
             number, answer = json.loads(line[len(MARK) :])
-            is_fork = number is None and "problem" in answer
-            is_expected = isinstance(answer, dict) and (number == self._n_requests or is_fork)
+            is_expected = isinstance(answer, dict) and number == self._n_requests
         except (ValueError, TypeError):
             is_expected = False
         if not is_expected:

@@ -64,8 +64,8 @@ def contour_accuracy(
     _check_shapes(estimate, truth)
     # Contours exist only near the masks: the computation is restricted to this part.
     x, y, width, height = cv2.boundingRect((estimate | truth).view(np.uint8))
-    part = np.s_[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
-    e, t = _contour(estimate[part]), _contour(truth[part])
+    window = np.s_[max(y - 1, 0) : y + height + 1, max(x - 1, 0) : x + width + 1]
+    e, t = _contour(estimate[window]), _contour(truth[window])
     n_estimate, n_truth = np.count_nonzero(e), np.count_nonzero(t)
     if not (n_estimate and n_truth):
         return float(n_estimate == n_truth)
@@ -98,12 +98,12 @@ def segmentation_scores(segmentation: Segmentation, initialised: int) -> dict[st
     and any other mask 0.
     """
     scores: dict[str, float] = {}
-    for kind, name, values in (
+    for prefix, name, values in (
         ("region", "region_similarity", segmentation.region_similarity),
         ("contour", "contour_accuracy", segmentation.contour_accuracy),
     ):
         mean, recall, decay = mean_recall_decay(values[initialised + 1 :])
-        scores |= {f"mean_{name}": mean, f"{kind}_recall": recall, f"{kind}_decay": decay}
+        scores |= {f"mean_{name}": mean, f"{prefix}_recall": recall, f"{prefix}_decay": decay}
     return scores
 
 

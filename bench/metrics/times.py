@@ -71,37 +71,34 @@ def time_fields(times: Times) -> dict[str, Any]:
     usual = ~times.is_first if not times.is_first.all() else times.is_first
     seconds = times.seconds[usual]
     mean = float(seconds.mean())
-    fields: dict[str, float | str] = {
+    median, most = (float(value) for value in np.quantile(seconds, (0.5, 0.95)))
+    fields = {
         "ms_per_frame": 1e3 * mean,
-        "ms_per_frame_median": 1e3 * float(np.median(seconds)),
-        "ms_per_frame_p95": 1e3 * float(np.quantile(seconds, 0.95)),
+        "ms_per_frame_median": 1e3 * median,
+        "ms_per_frame_p95": 1e3 * most,
         "fps": 1 / mean if mean > 0 else np.inf,
         "ms_first_update": 1e3 * float(times.seconds[times.is_first].mean()),
         "ms_init": 1e3 * float(times.init.mean()),
         "cpu_ms_per_frame": 1e3 * float((times.cpu + times.children)[usual].mean()),
         "run_delay_share": times.run_delay_share,
     }
-    note = _note(times.seconds[usual], times.cpu[usual], times.children[usual])
-    return fields | ({"time_note": note} if note else {})
+    children = float(times.children[usual].mean())
+    note = _note(mean, fields["cpu_ms_per_frame"] / 1e3, children)
+    # Less than 5 % of the frames raise the mean above 1.5 times the median.
+    if not note and mean > 1.5 * median and seconds[seconds <= most].mean() <= 1.25 * median:
+        note = "a few frames take most of the time"
+    return {**fields, "time_note": note} if note else fields
 
 
-def _note(seconds: NDArray[Any], cpu: NDArray[Any], children: NDArray[Any]) -> str:
-    """Return what a reader must know about the times; empty for one computing thread."""
-    in_process, in_children, total = (float(a.mean()) for a in (cpu, children, seconds))
-    used = in_process + in_children
-    if abs(total - used) < MIN_DIFFERENCE and in_children < MIN_DIFFERENCE:
-        return "a few frames take most of the time" if _has_rare_peaks(seconds) else ""
-    if in_children > in_process:
+def _note(seconds: float, cpu: float, children: float) -> str:
+    """Return how the mean times of an update differ from those of one computing thread.
+
+    `cpu` is the CPU time of the process and its children, `children` that of the children.
+    """
+    if abs(seconds - cpu) < MIN_DIFFERENCE and children < MIN_DIFFERENCE:
+        return ""
+    if children > cpu - children:
         return "computes in another process"
-    if used > CPU_FACTOR * total:
+    if cpu > CPU_FACTOR * seconds:
         return "computes in several threads"
-    if total > CPU_FACTOR * used:
-        return "waits"
-    return "a few frames take most of the time" if _has_rare_peaks(seconds) else ""
-
-
-def _has_rare_peaks(seconds: NDArray[Any]) -> bool:
-    """Return whether less than 5 % of the frames raise the mean above 1.5 times the median."""
-    median = float(np.median(seconds))
-    usual = seconds[seconds <= np.quantile(seconds, 0.95)]
-    return float(seconds.mean()) > 1.5 * median and float(usual.mean()) <= 1.25 * median
+    return "waits" if seconds > CPU_FACTOR * cpu else ""

@@ -27,7 +27,7 @@ from trackmark.reports.tables import Table
 N_SHOWN_SEQUENCES = 12
 """Maximum number of rows of the overlap matrix that are shown at first."""
 
-_MAX_ENTRIES = 6  # of worst frames, and of lost and failed runs
+_MAX_FRAMES = 6  # of worst frames, and of lost and failed runs
 _REACH = 20  # frames of a loop before and after its worst frame
 _MAX_REASON = 140  # characters
 
@@ -118,10 +118,10 @@ def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup 
             worst = min(page_runs, key=lambda run: means[run.worst_frame])
             severity = means[worst.worst_frame], means.mean(), index
             candidates.append((severity, index, page_runs, worst))
-    entries = []
-    for _, index, page_runs, worst in sorted(candidates, key=itemgetter(0))[:_MAX_ENTRIES]:
+    excerpts = []
+    for _, index, page_runs, worst in sorted(candidates, key=itemgetter(0))[:_MAX_FRAMES]:
         sequence, frame = sequences[index], worst.worst_frame
-        entries.append(
+        excerpts.append(
             {
                 "sequence": runs.sequences[index].name,
                 "first": max(sequence.first, frame - _REACH),
@@ -138,7 +138,7 @@ def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup 
                 "position": worst.position(index, frame),
             }
         )
-    return card("worst_frames", entries=entries) if entries else None
+    return card("worst_frames", excerpts=excerpts) if excerpts else None
 
 
 def overlap_matrix(
@@ -231,7 +231,7 @@ def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str,
         return None
     n_failed = sum(bool(run.failure) for *_, run in selected)
     counts = {"failed": n_failed, "lost the target": len(selected) - n_failed}
-    parts = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
+    counted = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
     worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
     for _, index, run in sorted(selected, key=itemgetter(0), reverse=True):
         worst.setdefault((run.tracker, index), run)
@@ -240,11 +240,11 @@ def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str,
         ordered.append((n_before[tracker], index, run))  # one run of each tracker first
         n_before[tracker] += 1
     ordered.sort(key=itemgetter(0))
-    entries = []
-    for _, index, run in ordered[:_MAX_ENTRIES]:
+    losses = []
+    for _, index, run in ordered[:_MAX_FRAMES]:
         frame = run.worst_frame
         failure = textwrap.shorten(run.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
-        entries.append(
+        losses.append(
             {
                 "label": runs.labels[run.tracker],
                 "sequence": runs.sequences[index].name,
@@ -254,8 +254,8 @@ def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str,
             }
         )
     n_runs = sum(len(sequence_runs.one_pass) for sequence_runs in runs.sequences)
-    title = f"Lost and failed runs: of {n_runs} run{'s' * (n_runs > 1)}, {parts}"
-    return title, card("lost_runs", entries=entries)
+    title = f"Lost and failed runs: of {n_runs} run{'s' * (n_runs > 1)}, {counted}"
+    return title, card("lost_runs", losses=losses)
 
 
 def sequence_folds(
@@ -300,5 +300,9 @@ def _rows_of(scores: PageTable, sequence: str, index: int) -> PageTable | None:
         return None
     caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
     rows = [table.rows[i][1:] for i in selected]
-    part = Table(f"scores-{index}", caption, table.headings[1:], table.n_labels - 1, rows)
-    return PageTable(part, [scores.positions[i] for i in selected] if scores.positions else ())
+    scores_of_sequence = Table(
+        f"scores-{index}", caption, table.headings[1:], table.n_labels - 1, rows
+    )
+    return PageTable(
+        scores_of_sequence, [scores.positions[i] for i in selected] if scores.positions else ()
+    )

@@ -87,11 +87,13 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
         return Line(label, tracker, [np.nan], [np.nan])
     curves = [[run.shares[curve].shares for run in c if run.shares] for c in by_sequence]
     shares = np.mean([np.mean(values, axis=0) for values in curves if values], axis=0)
-    thresholds, figure, kind = ERRORS, shares[_INDEX_OF_20], "centre_error"
+    thresholds, figure, criterion = ERRORS, shares[_INDEX_OF_20], "centre_error"
     if curve == "success":
         overlaps = [[-run.severity for run in c] for c in by_sequence if c]
-        thresholds, figure, kind = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
-    scored.sort(key=lambda entry: (-entry[1].worst[kind, "online"][0], entry[0]))
+        thresholds, figure, criterion = OVERLAPS, np.mean([*map(np.mean, overlaps)]), "overlap"
+    scored.sort(
+        key=lambda scored_run: (-scored_run[1].worst[criterion, "online"][0], scored_run[0])
+    )
     nearest = np.argmin([run.shares[curve].distances for _, run in scored], axis=0)
     positions = []
     for point, (index, run) in enumerate(scored[position] for position in nearest):
@@ -113,9 +115,9 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
             for tracker in sorted(finished)
             if tracker < TOP or not is_crowded
         ]
-        most = max(map(len, finished.values()), default=0)
+        max_repetitions = max(map(len, finished.values()), default=0)
         which = f" of the first {TOP} trackers" * is_crowded
-        which += f": the median over up to {most} repetitions" * (most > 1)
+        which += f": the median over up to {max_repetitions} repetitions" * (max_repetitions > 1)
         description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
             name = sequence_runs.name
@@ -140,7 +142,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
-    numbers = {
+    index_of_sequence = {
         sequence_runs.name: position for position, sequence_runs in enumerate(runs.sequences)
     }
     lines = []
@@ -152,9 +154,11 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
         ends, lost = np.minimum(first, frames), first < frames
         cells = zip(ends, lost, rows["sequence"], rows["repetition"], strict=True)
         lost_at = {
-            int(end): PlayerPosition(numbers[str(sequence)], position, int(repetition), int(end))
+            int(end): PlayerPosition(
+                index_of_sequence[str(sequence)], position, int(repetition), int(end)
+            )
             for end, failed, sequence, repetition in cells
-            if failed and str(sequence) in numbers
+            if failed and str(sequence) in index_of_sequence
         }
         survival = kaplan_meier(ends, lost)
         shares, low, high = (np.concatenate([[1.0], part]) for part in survival[1:])
@@ -189,7 +193,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     description += "Up and to the left is better."
     chart = Chart(
         "",
-        "time per frame",
+        "time per frame [ms]",
         quantity.heading,
         dots,
         description,

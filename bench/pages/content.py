@@ -19,7 +19,7 @@ FrameChunks: TypeAlias = Sequence[Sequence[bytes]]
 Shapes: TypeAlias = Mapping[int, Mapping[str, Any]]
 """Outlines and particles by frame and kind."""
 
-Numbers: TypeAlias = Mapping[str, Sequence[float | str | None]]
+TrackerValues: TypeAlias = Mapping[str, Sequence[float | str | None]]
 """Values of a tracker, numbers or texts, by name and frame."""
 
 
@@ -67,7 +67,7 @@ class PlayerRun:
     is_ellipse: bool = False  # True if the target is the ellipse in the box
     shapes: Shapes = field(default_factory=dict)
     maps: Mapping[str, FrameChunks] = field(default_factory=dict)  # frames without a map are empty
-    numbers: Numbers = field(default_factory=dict)
+    tracker_values: TrackerValues = field(default_factory=dict)
     start: int = 0  # index of the segment
     start_label: str = ""  # description of the start of a segment; empty for a whole run
     scored: Sequence[tuple[int, int]] = ()  # first and last frame of intervals; empty for all
@@ -111,7 +111,7 @@ class Page:
     sequences: Sequence[PlayerSequence] = ()
     start: str = ""  # address that the page opens by default, such as `#frame=3`
     meta: str = ""  # line above the heading: size and date of the runs
-    answer: str = ""  # heading; the title by default
+    heading: str = ""  # heading; the title by default
     details: Sequence[str] = ()  # sentences below the heading
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import RunStatus
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Progress
@@ -19,7 +19,7 @@ _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence 
 
 def write_live_page(
     trackers: Sequence[str],
-    source: SequenceSource,
+    source: SequenceSpec,
     path: Path,
     progress: Progress,
     repetition: int = 0,
@@ -36,9 +36,8 @@ def write_live_page(
     `OSError` if the page cannot be written.
     """
     with temporary_folder() as folder:
-        count = repetition + 1
-        experiment = Experiment("live", tuple(trackers), (source,), count, arrays=True)
-        execution = Execution(experiment, folder)
+        live = Experiment("live", tuple(trackers), (source,), repetition + 1, keeps_arrays=True)
+        execution = Execution(live, folder)
         plan = execution.plan
         last = plan.repetitions[plan.run_trackers] - 1
         # Run only the last repetition.
@@ -49,11 +48,13 @@ def write_live_page(
         execution.raise_errors()
         counts = execution.plan.repetitions.tolist()  # larger if a tracker is stochastic after all
         latest = {spec.label: count - 1 for spec, count in zip(specs, counts, strict=True)}
-        stored = Runs.open(execution.folder)
+        stored_runs = Runs.open(execution.folder)
         rows = [
-            row for row in stored.evaluated_rows() if row["repetition"] == latest[row["tracker"]]
+            row
+            for row in stored_runs.evaluated_rows()
+            if row["repetition"] == latest[row["tracker"]]
         ]
-        runs = collect_runs(stored.read(rows), list(latest), with_numbers=True)
+        runs = collect_runs(stored_runs.read(rows), list(latest), with_tracker_values=True)
         page = _page(runs, progress)
         failures = [
             run.failure for sequence_runs in runs.sequences for run in sequence_runs.one_pass

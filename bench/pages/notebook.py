@@ -80,13 +80,15 @@ def player(
     if tracker is not None and tracker not in page_runs.labels:
         names = ", ".join(page_runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (entry,) = player_sequences(page_runs, lambda *_: None)
-    first = entry.first if frame is None else frame
-    if not 0 <= first < entry.n_frames:
-        raise ValueError(f"{name!r}: no frame {first}. Expected: 0 to {entry.n_frames - 1}.")
+    (player_sequence,) = player_sequences(page_runs, lambda *_: None)
+    first = player_sequence.first if frame is None else frame
+    if not 0 <= first < player_sequence.n_frames:
+        raise ValueError(
+            f"{name!r}: no frame {first}. Expected: 0 to {player_sequence.n_frames - 1}."
+        )
     section = PageSection("frames", "Sequence", lists_sequences=True)
-    page = Page(name, [section], page_runs.labels, [entry])
-    start = player_link(entry, first)
+    page = Page(name, [section], page_runs.labels, [player_sequence])
+    start = player_link(player_sequence, first)
     if tracker is not None:
         start = PlayerPosition(0, page_runs.labels.index(tracker), repetition, first).link
     with temporary_folder() as temporary:

@@ -70,23 +70,23 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
             blocks[f"shapes-{index}"] = compress(json.dumps(shapes).encode())
         chunk_sizes: dict[str, Sequence[Sequence[int]]] = {"full": sequence.full}
-        for kind, chunks in _frames_by_kind(sequence):
+        for layer, chunks in _frames_by_kind(sequence):
             needed = sum(map(len, chain(*chunks)))
             fits = needed <= room
             room -= needed if fits else 0
             for chunk_index, frames in enumerate(chunks):
-                name = f"{kind}-{index}-{chunk_index}"
+                name = f"{layer}-{index}-{chunk_index}"
                 if fits:
                     blocks[name] = b64encode(b"".join(frames)).decode()
                 else:
                     written.append(write_chunk(path, name, frames))
-            chunk_sizes[kind] = [[len(frame) for frame in frames] for frames in chunks]
+            chunk_sizes[layer] = [[len(frame) for frame in frames] for frames in chunks]
         for run_index, run in enumerate(sequence.runs):
-            if run.numbers:
+            if run.tracker_values:
                 name = f"numbers-{index}-{run_index}"
-                blocks[name] = compress(json.dumps(run.numbers).encode())
+                blocks[name] = compress(json.dumps(run.tracker_values).encode())
         sequences.append(_sequence_data(sequence, chunk_sizes, has_shapes=bool(shapes)))
-    data = {
+    player_data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
         "dashes": DASHES,
@@ -98,9 +98,9 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         "start": page.start.removeprefix("#"),
     }
     template = _environment().get_template("page.html")
-    text = template.render(page=page, data=data, blocks=blocks)
-    text = re.sub(r"\n[ \n]+", "\n", text)  # without indentation a page is a tenth smaller
-    return [write_file(path, text), *written]
+    html = template.render(page=page, player_data=player_data, blocks=blocks)
+    html = re.sub(r"\n[ \n]+", "\n", html)  # without indentation a page is a tenth smaller
+    return [write_file(path, html), *written]
 
 
 def card(name: str, **values: object) -> Markup:
@@ -131,7 +131,7 @@ def _environment() -> Environment:
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
-        "part": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
+        "template_source": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
         "version": package_version(),
@@ -158,16 +158,16 @@ def _environment() -> Environment:
     return environment
 
 
-def _with_code(text: str) -> Markup:
+def _with_code(prose: str) -> Markup:
     """Convert parts of a text between backticks to code elements."""
-    escaped = str(escape(one_line(text)))
+    escaped = str(escape(one_line(prose)))
     return Markup(re.sub(r"`([^`]+)`", r"<code>\1</code>", escaped))  # noqa: S704  # escaped
 
 
-def _divided(text: str) -> Markup:
+def _divided(name: str) -> Markup:
     """Allow line breaks after the separators in a long name."""
-    escaped = escape(one_line(text))
-    pieces = re.split(r"(?<=[:=/,])(?=\w)", escaped) if len(text) > _MIN_WRAPPED else [escaped]
+    escaped = escape(one_line(name))
+    pieces = re.split(r"(?<=[:=/,])(?=\w)", escaped) if len(name) > _MIN_WRAPPED else [escaped]
     return Markup("<wbr>").join(map(Markup, pieces))
 
 
@@ -205,7 +205,7 @@ def _sequence_data(
     sequence: PlayerSequence, chunk_sizes: Mapping[str, Any], *, has_shapes: bool
 ) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
-    numbers = sequence.frame_numbers
+    frame_numbers = sequence.frame_numbers
     return {
         "name": sequence.name,
         "title": one_line(sequence.name),
@@ -214,7 +214,7 @@ def _sequence_data(
         "first": sequence.first,
         "fps": sequence.fps,
         "reason": one_line(sequence.reason),
-        "frame_numbers": None if numbers is None else list(numbers),
+        "frame_numbers": None if frame_numbers is None else list(frame_numbers),
         "shapes": has_shapes,
         "chunk_sizes": {kind: sizes for kind, sizes in chunk_sizes.items() if sizes},
         "runs": [
@@ -225,7 +225,7 @@ def _sequence_data(
                 "failure": one_line(run.failure.partition("\n")[0]),
                 "is_ellipse": run.is_ellipse,
                 "maps": [*run.maps],
-                "numbers": bool(run.numbers),
+                "numbers": bool(run.tracker_values),
                 "start": run.start,
                 "start_label": run.start_label,
                 "scored": run.scored,

@@ -76,11 +76,11 @@ def _encode(picture: Image.Image, quality: int) -> bytes:
     return stream.getvalue()
 
 
-def compress_picture(content: bytes) -> bytes:
+def compress_picture(png: bytes) -> bytes:
     """Convert a large PNG, such as a film strip, to WebP; return smaller ones unchanged."""
-    if len(content) <= _MAX_PNG_SIZE:
-        return content
-    picture = Image.open(io.BytesIO(content)).convert("RGB")
+    if len(png) <= _MAX_PNG_SIZE:
+        return png
+    picture = Image.open(io.BytesIO(png)).convert("RGB")
     picture.thumbnail(_MAX_PICTURE_SIZE)
     return _encode(picture, 80)
 
@@ -112,6 +112,6 @@ def pack_boxes(boxes: NDArray[np.int32]) -> str:
     return compress(planes.tobytes())
 
 
-def compress(content: bytes) -> str:
+def compress(payload: bytes) -> str:
     """Compress content and encode it as text."""
-    return b64encode(zlib.compress(content)).decode()
+    return b64encode(zlib.compress(payload)).decode()

@@ -37,8 +37,10 @@ def true_shapes(truth: StoredTruth) -> dict[int, dict[str, Any]]:
     for frame, shape in enumerate(truth.shapes or ()):
         if shape is not None:
             is_mask = shape.dtype == np.bool_
-            kind, lines = ("masks", _outlines(shape)) if is_mask else ("contours", [_points(shape)])
-            shapes_by_frame[frame] = {kind: lines}
+            shape_type, lines = (
+                ("masks", _outlines(shape)) if is_mask else ("contours", [_points(shape)])
+            )
+            shapes_by_frame[frame] = {shape_type: lines}
     return shapes_by_frame
 
 
@@ -66,12 +68,12 @@ def maps(run: Run) -> dict[str, FrameChunks]:
     }
 
 
-def numbers(run: Run) -> dict[str, list[float | None]]:
-    """Return the numbers of the tracker by name, to five digits; None for missing numbers."""
-    numbers_by_name = {"confidence": run.confidence, **run.details}
+def tracker_values(run: Run) -> dict[str, list[float | None]]:
+    """Return the values of the tracker by name, to five digits; None for missing values."""
+    values_by_name = {"confidence": run.confidence, **run.details}
     return {
         name: [float(f"{value:.5g}") if np.isfinite(value) else None for value in values.tolist()]
-        for name, values in numbers_by_name.items()
+        for name, values in values_by_name.items()
         if np.isfinite(values).any()
     }
 

@@ -26,7 +26,7 @@ from trackmark.bench.pages.page_frames import (
     SequenceFrames,
     encode_frames,
 )
-from trackmark.bench.pages.player_layers import maps, numbers, shapes, true_shapes
+from trackmark.bench.pages.player_layers import maps, shapes, tracker_values, true_shapes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import RunWithTruth
 from trackmark.bench.store.truth import StoredTruth
@@ -99,7 +99,7 @@ class SequenceRuns:
     full_truth: StoredTruth
     truth: Array
     one_pass: list[PageRun] = field(default_factory=list)
-    others: list[PageRun] = field(default_factory=list)  # by other protocols
+    other_runs: list[PageRun] = field(default_factory=list)  # by other protocols
 
     @property
     def name(self) -> str:
@@ -121,34 +121,41 @@ class PageRuns:
     metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def worst_position(
-        self, tracker: str, sequence: str | None, kind: str, trajectory: Trajectory = "online"
+        self, tracker: str, sequence: str | None, criterion: str, trajectory: Trajectory = "online"
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence or on all.
 
-        `tracker`: one of `labels`. `kind`: `overlap`, `centre_error` or `loss`. `trajectory`:
+        `tracker`: one of `labels`. `criterion`: `overlap`, `centre_error` or `loss`. `trajectory`:
         `online` replaces `revised` for runs without revised boxes.
         """
         names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
-        return self.worst_position_on(tracker, names, kind, trajectory)
+        return self.worst_position_on(tracker, names, criterion, trajectory)
 
     def worst_position_on(
-        self, tracker: str, sequences: Sequence[str], kind: str, trajectory: Trajectory = "online"
+        self,
+        tracker: str,
+        sequences: Sequence[str],
+        criterion: str,
+        trajectory: Trajectory = "online",
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on several sequences."""
         for source in (trajectory, "online"):
-            worst = [self._worst.get((tracker, name, kind, source)) for name in sequences]
+            worst = [self._worst.get((tracker, name, criterion, source)) for name in sequences]
             if any(worst):
                 return max(filter(None, worst), key=itemgetter(0))[1]
         return None
 
     @cached_property
     def _worst(self) -> dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]]:
-        """Severity and worst frame of the worst run, by tracker, sequence, kind and trajectory."""
+        """Severity and worst frame of the worst run.
+
+        Keys are label of the tracker, sequence, criterion and trajectory.
+        """
         worst: dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]] = {}
         for index, sequence_runs in enumerate(self.sequences):
-            for run in (*sequence_runs.one_pass, *sequence_runs.others):
-                for (kind, trajectory), (severity, frame) in run.worst.items():
-                    key = self.labels[run.tracker], sequence_runs.name, kind, trajectory
+            for run in (*sequence_runs.one_pass, *sequence_runs.other_runs):
+                for (criterion, trajectory), (severity, frame) in run.worst.items():
+                    key = self.labels[run.tracker], sequence_runs.name, criterion, trajectory
                     if key not in worst or severity > worst[key][0]:
                         position = run.position(index, frame)
                         worst[key] = severity, position._replace(revised=trajectory == "revised")
@@ -161,13 +168,13 @@ def name_on_page(tracker: str, protocol: str) -> str:
 
 
 def collect_runs(
-    runs: Iterable[RunWithTruth], trackers: Sequence[str], with_numbers: bool = False
+    runs: Iterable[RunWithTruth], trackers: Sequence[str], with_tracker_values: bool = False
 ) -> PageRuns:
-    """Score runs for a page.
+    """Compute what a page shows of each run: its boxes, its scores by frame, its worst frame.
 
-    `trackers`: trackers in the order of their colours; others follow.
+    Trackers are coloured in the order of `trackers`; those that are not listed come last.
     """
-    names, others = list(trackers), list[tuple[Mapping[str, Any], Run]]()
+    names, other_runs = list(trackers), list[tuple[Mapping[str, Any], Run]]()
     by_sequence: dict[str, SequenceRuns] = {}
     metadata: dict[str, Mapping[str, Any]] = {}
     for row, run, full_truth in runs:
@@ -182,31 +189,32 @@ def collect_runs(
         if row["protocol"] == ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
-            number = names.index(row["tracker"])
+            tracker_index = names.index(row["tracker"])
             sequence_runs.one_pass.append(
-                _page_run(truth, _Segment(run), row, number, with_numbers)
+                _page_run(truth, _Segment(run), row, tracker_index, with_tracker_values)
             )
         else:
-            others.append((row, run))
-        entry = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
-        entry |= {"libraries": run.metadata.get("libraries") or {}}
-        entry |= {"date": str(run.metadata.get("date", ""))[:10]}
-        metadata[json.dumps(entry, sort_keys=True, default=str)] = entry
+            other_runs.append((row, run))
+        environment = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
+        environment |= {"libraries": run.metadata.get("libraries") or {}}
+        environment |= {"date": str(run.metadata.get("date", ""))[:10]}
+        metadata[json.dumps(environment, sort_keys=True, default=str)] = environment
     labels = list(names)
-    for row, run in others:
+    for row, run in other_runs:
         name = name_on_page(row["tracker"], row["protocol"])
         if name not in labels:
             labels.append(name)
-        sequence_runs, number = by_sequence[row["sequence"]], labels.index(name)
+        sequence_runs, tracker_index = by_sequence[row["sequence"]], labels.index(name)
         if run.segments:
             segments = _split_segments(run, sequence_runs.truth)
-            sequence_runs.others += [
-                _page_run(sequence_runs.truth, segment, row, number, False) for segment in segments
+            sequence_runs.other_runs += [
+                _page_run(sequence_runs.truth, segment, row, tracker_index, False)
+                for segment in segments
             ]
         else:
             segment = _from_other_protocol(run, sequence_runs.truth)
-            sequence_runs.others.append(
-                _page_run(sequence_runs.truth, segment, row, number, with_numbers)
+            sequence_runs.other_runs.append(
+                _page_run(sequence_runs.truth, segment, row, tracker_index, with_tracker_values)
             )
     return PageRuns(names, labels, list(by_sequence.values()), list(metadata.values()))
 
@@ -227,21 +235,21 @@ class _Segment(NamedTuple):
     start: int = 0
     start_label: str = ""
     marks: Sequence[int] = ()
-    numbers: Mapping[str, Sequence[float | str | None]] = {}
+    tracker_values: Mapping[str, Sequence[float | str | None]] = {}
 
 
 def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
     """Yield the segments of a run; the initialisation of a segment is not scored."""
     n, present = len(truth), _present(truth)
     bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
-    pieces = np.split(run.boxes, bounds)
-    for start, (frames, boxes) in enumerate(zip(run.segments, pieces, strict=True)):
-        whole, scored = np.full((n, 4), np.nan), np.zeros(n, bool)
-        whole[frames], scored[frames] = boxes, True
+    boxes_of_segments = np.split(run.boxes, bounds)
+    for start, (frames, boxes) in enumerate(zip(run.segments, boxes_of_segments, strict=True)):
+        all_boxes, scored = np.full((n, 4), np.nan), np.zeros(n, bool)
+        all_boxes[frames], scored[frames] = boxes, True
         scored[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
         start_label = f"{start + 1}: from frame {frames[0]}{back}"
-        run_of_segment = replace(run, boxes=whole, details={}, arrays={}, segments=())
+        run_of_segment = replace(run, boxes=all_boxes, details={}, arrays={}, segments=())
         yield _Segment(run_of_segment, scored, start, start_label)
 
 
@@ -257,11 +265,11 @@ def _from_other_protocol(run: Run, truth: Array) -> _Segment:
         scored &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
         marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
         numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
-    return _Segment(run, scored, marks=marks, numbers=numbers_by_name)
+    return _Segment(run, scored, marks=marks, tracker_values=numbers_by_name)
 
 
 def _page_run(
-    truth: Array, segment: _Segment, row: Mapping[str, Any], tracker: int, with_numbers: bool
+    truth: Array, segment: _Segment, row: Mapping[str, Any], tracker: int, with_tracker_values: bool
 ) -> PageRun:
     """Compute the scores of a run or of one of its segments by frame."""
     run, one_pass = segment.run, segment.scored is None
@@ -287,7 +295,7 @@ def _page_run(
         is_round(run),
         shapes(run),
         maps(run),
-        {**segment.numbers, **(numbers(run) if with_numbers else {})},
+        {**segment.tracker_values, **(tracker_values(run) if with_tracker_values else {})},
         segment.start,
         segment.start_label,
         [] if segment.scored is None else _spans(segment.scored),
@@ -307,10 +315,10 @@ def _threshold_shares(
 def _worst(
     truth: Array, run: Run, row: Mapping[str, Any], scored: Frames, end: int
 ) -> dict[tuple[str, Trajectory], tuple[float, int]]:
-    """Return the severity (larger is worse) and the worst frame of a run by kind and trajectory."""
-    kinds = "overlap", "centre_error", "loss"
+    """Return severity and worst frame of a run by criterion and trajectory; larger is worse."""
+    criteria = "overlap", "centre_error", "loss"
     if run.failure or not len(scored):
-        return {(kind, "online"): (inf, end) for kind in kinds}
+        return {(criterion, "online"): (inf, end) for criterion in criteria}
     trajectories: tuple[Trajectory, ...] = (
         ("online",) if run.revised is None else ("online", "revised")
     )
@@ -365,7 +373,9 @@ def _player_sequence(
         name=sequence_runs.name,
         size=truth.image_size or _extent(truth.boxes),
         boxes=sequence_runs.truth,
-        runs=[page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.others)],
+        runs=[
+            page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.other_runs)
+        ],
         thumbnails=sequence_frames.thumbnails,
         full=sequence_frames.full,
         reason=sequence_frames.reason,

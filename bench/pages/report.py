@@ -62,16 +62,16 @@ _MIN_RUNS_OF_SURVIVAL = 20
 
 @dataclass(frozen=True)
 class Commands:
-    """Commands that a page shows: arguments of `report` and `compare` for its results."""
+    """Commands that a page shows, so that the user can repeat them on its results."""
 
     results: str = ""  # folder of the results; empty if it is temporary
-    others: Sequence[str] = ()
+    arguments: Sequence[str] = ()  # further arguments of `report` and `compare`
 
-    def text(self, name: str, *options: str) -> str:
-        """Return the text of a command on the results."""
+    def command_line(self, name: str, *options: str) -> str:
+        """Return the command line of `report` or `compare` on the results."""
         option = ["--results"] if name == "compare" else []
         results = [*option, self.results] if self.results else []
-        return shlex.join(["trackmark", name, *results, *self.others, *options])
+        return shlex.join(["trackmark", name, *results, *self.arguments, *options])
 
 
 def write_report_page(
@@ -82,29 +82,30 @@ def write_report_page(
     commands: Commands,
     progress: Progress,
     *,
-    full: bool = False,
+    with_full_frames: bool = False,
     figures: "FigureFiles | None" = None,
 ) -> list[Path]:
     """Write the page of an experiment's results with the tables of its report; return its files.
 
-    While frames are read, `progress` gets their number and that of all frames. With `full`, frames
-    are also written in full size, and with `figures`, figures and film strips. Raises
-    `ResultsError` if results cannot be read and `OSError` if a file cannot be written.
+    While frames are read, `progress` gets their number and that of all frames. If
+    `with_full_frames`, frames are also written in full size, and with `figures`, figures and film
+    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
+    written.
     """
-    content = _Content(runs, tables, commands)
-    chunk_writer = partial(write_chunk, path) if full else None
-    page = content.page(title, list(player_sequences(content.page_runs, progress, chunk_writer)))
+    report = _ReportPage(runs, tables, commands)
+    chunk_writer = partial(write_chunk, path) if with_full_frames else None
+    page = report.page(title, list(player_sequences(report.page_runs, progress, chunk_writer)))
     paths = write_page(path, page)
     if figures:
         from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
 
-        charts = [*content.curves, *content.speed, *content.survival]
-        paths += write_figures(runs, path.parent, figures, title, charts, content.page_runs)
+        charts = [*report.curves, *report.speed, *report.survival]
+        paths += write_figures(runs, path.parent, figures, title, charts, report.page_runs)
     return paths
 
 
-class _Content:
-    """Runs, tables and commands from which the sections of a page are built."""
+class _ReportPage:
+    """Runs, tables and commands from which the sections of a page are report."""
 
     def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
         self.runs, self.commands = runs, commands
@@ -118,14 +119,14 @@ class _Content:
         self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
-        self.whole = [name for name in names if name not in incomplete]
+        self.complete = [name for name in names if name not in incomplete]
         self.failed, self.left_out = failed_runs(self.scored)
         self.summary: Table | None = None
         if len(self.scored):
             summary = self.tables.get("summary")
             self.summary = summary or summary_of(self.scored, self.timed, "")
-        self.comparison, self.answer = self._compare()
-        self.curves = share_charts(self.page_runs, self.whole)
+        self.comparison, self.overall_answer = self._compare()
+        self.curves = share_charts(self.page_runs, self.complete)
         self.speed: list[Any] = []
         self.time_marks, self.time_notes = dict[str, str](), []
         if self.summary is not None:
@@ -152,10 +153,12 @@ class _Content:
         details = (*details, *corner_boxes(self.runs))
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
-            text = f"{n_failed} of {len(self.scored)} runs failed"
-            text += " and count as the worst score" * (len(self.failed) > len(self.left_out))
+            failed_share = f"{n_failed} of {len(self.scored)} runs failed"
+            failed_share += " and count as the worst score" * (
+                len(self.failed) > len(self.left_out)
+            )
             reason = (note.partition("): ")[2] or note).removesuffix(".")
-            details = (*details, f"{text}; first: {name}, {reason}.")
+            details = (*details, f"{failed_share}; first: {name}, {reason}.")
         return comparison, Answer(heading, details)
 
     @cached_property
@@ -172,8 +175,8 @@ class _Content:
             self.page_runs.labels,
             sequences,
             meta=self._counts(),
-            answer=self.answer.heading,
-            details=self.answer.details,
+            heading=self.overall_answer.heading,
+            details=self.overall_answer.details,
         )
 
     def _sections(self, sequences: Sequence[PlayerSequence]) -> Iterator[PageSection]:
@@ -195,20 +198,20 @@ class _Content:
             yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
         if compared is not None and compared.pairs and len(compared.scores) <= _MAX_PAIRED:
-            limit = next((text for text in self.answer.details if "too few" in text), "")
+            limit = next((text for text in self.overall_answer.details if "too few" in text), "")
             pairs, title = pair_matrix(compared, runs, limit), "Pairwise comparison"
             yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
             cards = [card("chart", chart=chart) for chart in self.speed]
             yield PageSection("speed", "Speed and accuracy", cards, span=6, nav="Speed")
         if lost := lost_runs(runs, sequences):
-            title, entries = lost
+            title, losses = lost
             caption = (
                 "Lost: the centre is outside the ground-truth box for ten visible frames in a row. "
                 "At most six runs are shown, first the worst of each tracker."
             )
             options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
-            yield PageSection("lost", title, [entries], **options)
+            yield PageSection("lost", title, [losses], **options)
         if subsets := subset_table(self.scored, self.runs.attributes, runs):
             cards = [card("page_table", sheet=subsets)]
             yield PageSection("subsets", "By parameter and attribute", cards)
@@ -221,8 +224,8 @@ class _Content:
         )
         caption = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
-        others = [table for name, table in score_tables.items() if name != "sequences"]
-        if cards := [_fold(table) for table in others if _has_values(table.table)]:
+        other_tables = [table for name, table in score_tables.items() if name != "sequences"]
+        if cards := [_fold(table) for table in other_tables if _has_values(table.table)]:
             yield PageSection("tables", "All scores", cards)
         yield self._provenance()
 
@@ -237,9 +240,9 @@ class _Content:
             else "All runs finished."
         ]
         if self.protocols:
-            others = ", ".join(sorted(self.protocols))
+            protocols = ", ".join(sorted(self.protocols))
             paragraphs.append(
-                f"The player also shows runs with other protocols ({others}): the protocol "
+                f"The player also shows runs with other protocols ({protocols}): the protocol "
                 "is after the tracker's name. Frames that are not scored have no curve; a triangle "
                 "marks a restart. Charts show one-pass runs."
             )
@@ -256,16 +259,18 @@ class _Content:
             "timing run": (is_stored & is_timed).sum(),
             "failed run": (runs["status"] == "failed").sum(),
         }
-        parts = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted({entry["date"] for entry in self.page_runs.metadata if entry["date"]})
-        parts.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
-        return " · ".join(filter(None, parts))
+        counted = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
+        days = sorted(
+            {environment["date"] for environment in self.page_runs.metadata if environment["date"]}
+        )
+        counted.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
+        return " · ".join(filter(None, counted))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
         rows, positions = [], []
         for index, sequence_runs in enumerate(self.page_runs.sequences):
-            for run in (*sequence_runs.one_pass, *sequence_runs.others):
+            for run in (*sequence_runs.one_pass, *sequence_runs.other_runs):
                 if run.failure and not run.player_run.start:  # a run with segments counts once
                     label, repetition = (
                         self.page_runs.labels[run.tracker],
@@ -288,23 +293,23 @@ class _Content:
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
-        data, columns = table.data, len(table.headings) - table.n_labels
-        if "measure" not in data or len(data) != len(table.rows) * columns:
+        values, columns = table.data, len(table.headings) - table.n_labels
+        if "measure" not in values or len(values) != len(table.rows) * columns:
             return PageTable(table)
-        kinds = [_worst_frame_kind(str(name)) for name in data["measure"][:columns]]
+        criteria = [_worst_frame_criterion(str(name)) for name in values["measure"][:columns]]
         names = {sequence_runs.name for sequence_runs in self.page_runs.sequences}
         protocols = [
             protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
         ]
         trajectory: Trajectory = "revised" if table.name.endswith("-revised") else "online"
         positions = []
-        for row in data[::columns].to_dict("records"):
+        for row in values[::columns].to_dict("records"):
             sequence = row["sequence"] if row.get("sequence") in names else None
             tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
             positions.append(
                 [
-                    self.page_runs.worst_position(tracker, sequence, kind, trajectory)
-                    for kind in kinds
+                    self.page_runs.worst_position(tracker, sequence, criterion, trajectory)
+                    for criterion in criteria
                 ]
             )
         return PageTable(table, positions)
@@ -349,8 +354,10 @@ class _Content:
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
-        commands = [self.commands.text("report", "--output", "report")]
-        commands.append(self.commands.text("compare"))
+        commands = [
+            self.commands.command_line("report", "--output", "report"),
+            self.commands.command_line("compare"),
+        ]
         if failed and self.commands.results:
             commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
         provenance = card(
@@ -382,13 +389,13 @@ def _fold(table: PageTable) -> Markup:
     return card("fold", key=f"fold-{name}", title=title, summary=caption, tables=[table])
 
 
-def _listed(name: str, caption: str, data: pd.DataFrame) -> PageTable:
+def _listed(name: str, caption: str, values: pd.DataFrame) -> PageTable:
     """Return a table of texts with the columns of a data frame."""
-    rows = data.astype(str).to_numpy().tolist()
-    return PageTable(text_table(name, caption, [*map(str, data)], rows))
+    rows = values.astype(str).to_numpy().tolist()
+    return PageTable(text_table(name, caption, [*map(str, values)], rows))
 
 
-def _worst_frame_kind(measure: str) -> str:
+def _worst_frame_criterion(measure: str) -> str:
     """Return the criterion of the worst frame for a measure; see `PageRuns.place`."""
     if measure == "first_loss":
         return "loss"

@@ -36,8 +36,8 @@ def subset_table(
             by_unit = means_in_part(units, by_sequence.to_numpy(float), mask)
             mean = float(by_unit.mean()) if len(by_unit) else np.nan
             limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
-            text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
-            cells.append(f"{text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else text)
+            mean_text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
+            cells.append(f"{mean_text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else mean_text)
             has_intervals |= limits is not None
         rows.append(cells)
         worst = [runs.worst_position_on(name, members, "overlap") for name in runs.trackers]

@@ -99,9 +99,9 @@ class Names:
     sequences: Mapping[str, PaperSequence]
 
 
-def _find(kind: str, name: str, valid: Mapping[str, Found]) -> Found:
+def _find(noun: str, name: str, valid: Mapping[str, Found]) -> Found:
     if name not in valid:
-        raise ValueError(f"unknown {kind} {name!r}; known: {', '.join(valid)}")
+        raise ValueError(f"unknown {noun} {name!r}; known: {', '.join(valid)}")
     return valid[name]
 
 
@@ -119,9 +119,9 @@ def cases(
     ]
 
 
-def parse_options(text: str) -> dict[str, str]:
+def parse_options(options: str) -> dict[str, str]:
     """Parse options such as `preset=as-written:sigma=1` into a dictionary."""
-    return parse_text(f":{text}")[1] if text else {}
+    return parse_text(f":{options}")[1] if options else {}
 
 
 @cache
@@ -149,7 +149,7 @@ SequenceName = Annotated[
     _resolved_by(lambda names, name: _find("sequence", name, names.sequences)),
 ]
 MeasureName = Annotated[
-    InstanceOf[Measure], _resolved_by(lambda names, text: find_measure(text, names.paper))
+    InstanceOf[Measure], _resolved_by(lambda names, spec: find_measure(spec, names.paper))
 ]
 FunctionName = Annotated[
     Callable[..., Any], _resolved_by(lambda names, name: find_function(name, names.paper))

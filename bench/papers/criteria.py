@@ -48,10 +48,10 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
     """
     table = tomllib.loads(paper_file(paper, "criteria.toml").read_text("utf-8"))
     criteria = []
-    for entry in table["criterion"]:
-        sequences = entry.pop("sequence")
+    for criterion_table in table["criterion"]:
+        sequences = criterion_table.pop("sequence")
         names = [sequences] if isinstance(sequences, str) else sequences
-        criteria += [Criterion(sequence, **entry) for sequence in names]
+        criteria += [Criterion(sequence, **criterion_table) for sequence in names]
     order = list(dict.fromkeys(criterion.sequence for criterion in criteria))
     first = dict.fromkeys(order, FIRST_SCENE) | table.get("first_scene", {})
     return first, sorted(criteria, key=lambda criterion: order.index(criterion.sequence))

@@ -33,9 +33,9 @@ def verdict_rows(context: Context, progress: Progress = lambda *_: None) -> list
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
     """Return the values from which a claim is judged in a setting."""
     measure = claim.measure
-    if measure.kind == "time":
+    if measure.subject == "time":
         return Evidence(times=measure.function(context, setting), unit=measure.unit)
-    if measure.kind == "scene":
+    if measure.subject == "scene":
         return _of_scenes(claim, setting, context)
     first, second = (
         cases(trackers, claim.sequences, setting, claim.n_scenes)

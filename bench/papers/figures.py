@@ -19,7 +19,7 @@ from trackmark.bench.output_files import write_file
 from trackmark.bench.papers import SETTING_LABELS
 from trackmark.bench.papers.cases import Case, PaperTracker
 from trackmark.bench.papers.measures import MeasuredRun, find_measure
-from trackmark.bench.papers.paper import FigureEntry
+from trackmark.bench.papers.paper import FigureDefinition
 from trackmark.bench.papers.plots import series_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.figures import save_figure
@@ -40,14 +40,14 @@ class Strip:
 
 @dataclass(frozen=True)
 class PaperFigure:
-    """Figure as a PNG file or as a strip."""
+    """Figure that is drawn from our runs, as a PNG file or as a strip."""
 
     name: str  # stem of the file, such as `figure-3`
     label: str  # name in the paper, such as `Fig. 3`
     caption: str  # content of the paper's figure
     description: str  # content of our figure
     path: Path | None  # PNG file; None for strips, which only the HTML page shows
-    entry: FigureEntry
+    definition: FigureDefinition
     strip: Strip | None = None
 
 
@@ -58,24 +58,24 @@ def draw_figures(context: Context) -> list[PaperFigure]:
     runs are omitted.
     """
     figures = []
-    for name, entry in context.paper.figure.items():
-        if not entry.is_drawn(context.options.quick):
+    for name, definition in context.paper.figure.items():
+        if not definition.is_drawn(context.options.quick):
             continue
-        description, plots = entry.description, dict[str, Plot | None]()
-        if entry.kind == "strip":
-            if strip := read_strip(entry, context):
-                figures.append(_strip_figure(name, entry, strip))
-        elif entry.kind == "plot":
-            description, drawn_plot = _plot(entry, context)
+        description, plots = definition.description, dict[str, Plot | None]()
+        if definition.kind == "strip":
+            if strip := read_strip(definition, context):
+                figures.append(_strip_figure(name, definition, strip))
+        elif definition.kind == "plot":
+            description, drawn_plot = _plot(definition, context)
             plots = {name: drawn_plot}
-        elif entry.function:
-            drawn = entry.function(context)
+        elif definition.function:
+            drawn = definition.function(context)
             plots = dict(drawn) if isinstance(drawn, Mapping) else {name: drawn}
         for stem, plot in plots.items():
             if plot is not None:
                 path = _write(stem, plot, context)
-                label, caption = figure_label(stem), entry.caption_of(stem)
-                figures.append(PaperFigure(stem, label, caption, description, path, entry))
+                label, caption = figure_label(stem), definition.caption_of(stem)
+                figures.append(PaperFigure(stem, label, caption, description, path, definition))
     return figures
 
 
@@ -95,26 +95,26 @@ def _write(name: str, plot: Plot, context: Context) -> Path:
     return write_file(path, lambda file: save_png(file, plot))
 
 
-def _strip_figure(name: str, entry: FigureEntry, strip: Strip) -> PaperFigure:
+def _strip_figure(name: str, definition: FigureDefinition, strip: Strip) -> PaperFigure:
     description = (
-        f"Frames {', '.join(map(str, entry.frames))} of `{strip.sequence.name}`, the "
-        f"scene with the median error of {entry.trackers[0].name} as recommended."
+        f"Frames {', '.join(map(str, definition.frames))} of `{strip.sequence.name}`, the "
+        f"scene with the median error of {definition.trackers[0].name} as recommended."
     )
-    label, caption = figure_label(name), entry.caption_of(name)
-    return PaperFigure(name, label, caption, description, None, entry, strip)
+    label, caption = figure_label(name), definition.caption_of(name)
+    return PaperFigure(name, label, caption, description, None, definition, strip)
 
 
-def read_strip(entry: FigureEntry, context: Context) -> Strip | None:
+def read_strip(definition: FigureDefinition, context: Context) -> Strip | None:
     """Return the content of a strip: the scene with the median error; None without runs."""
-    case = _case(entry, entry.trackers[0], "recommended", context)
+    case = _case(definition, definition.trackers[0], "recommended", context)
     values = context.runs.values(case, find_measure("mean_error", context.paper.name))
     if values.empty:
         return None
     ordered = values.sort_values("value", kind="stable")["scene"]
     scene = str(ordered.iloc[(len(ordered) - 1) // 2])
-    frames = [number - context.paper.frames_from for number in entry.frames]
+    frames = [number - context.paper.frames_from for number in definition.frames]
     rows = []
-    for tracker in entry.trackers:
+    for tracker in definition.trackers:
         specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
         if len(set(specs.values())) == 1:
             specs = {"both settings": specs.popitem()[1]}
@@ -124,29 +124,31 @@ def read_strip(entry: FigureEntry, context: Context) -> Strip | None:
     return Strip(datasets.load(scene), frames, rows)
 
 
-def _case(entry: FigureEntry, tracker: PaperTracker, setting: str, context: Context) -> Case:
-    assert entry.sequence is not None
-    return Case(tracker.spec(setting), entry.sequence, context.n_scenes)
+def _case(
+    definition: FigureDefinition, tracker: PaperTracker, setting: str, context: Context
+) -> Case:
+    assert definition.sequence is not None
+    return Case(tracker.spec(setting), definition.sequence, context.n_scenes)
 
 
-def _plot(entry: FigureEntry, context: Context) -> tuple[str, Figure | None]:
+def _plot(definition: FigureDefinition, context: Context) -> tuple[str, Figure | None]:
     """Draw a value by frame: one line per tracker, one panel per setting."""
     panels: dict[str, dict[str, NDArray[np.float64]]] = {}
     for setting, label in SETTING_LABELS.items():
-        for tracker in entry.trackers:
-            case = _case(entry, tracker, setting, context)
+        for tracker in definition.trackers:
+            case = _case(definition, tracker, setting, context)
             runs_by_scene = (
                 context.runs.measured_runs(case.tracker, s) for s in case.scenes_of_members
             )
             means = [
-                np.mean([*map(entry.quantity, runs)], axis=0) for runs in runs_by_scene if runs
+                np.mean([*map(definition.quantity, runs)], axis=0) for runs in runs_by_scene if runs
             ]
             if means:  # shorter scenes are padded with NaN
                 panels.setdefault(label, {})[tracker.name] = pd.DataFrame(means).to_numpy(float)
     if not panels:
         return "", None
-    quantity, trackers = entry.axis_label, [tracker.name for tracker in entry.trackers]
-    sequence = entry.sequence.name if entry.sequence else ""
+    quantity, trackers = definition.axis_label, [tracker.name for tracker in definition.trackers]
+    sequence = definition.sequence.name if definition.sequence else ""
     title = f"{sequence}: {quantity}"
     figure = series_plot(panels, title, quantity, trackers, context.paper.frames_from)
     description = (

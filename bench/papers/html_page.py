@@ -43,15 +43,15 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
     for row in report.paper.main_table.rows:
         for setting in SETTINGS:
             runs += main_runs(row, setting, context)
-    content = player_content(runs, context, progress)
+    player = player_content(runs, context, progress)
     n, labels = context.n_scenes, _tracker_labels(context)
     page = Page(
         report.paper.title,
-        [*_sections(report, content)],
-        [labels[label] for label in content.reading.labels],
-        content.sequences,
+        [*_sections(report, player)],
+        [labels[label] for label in player.reading.labels],
+        player.sequences,
         meta=f"{without_markup(report.paper.citation)} · {n} scene{'s' * (n != 1)} per sequence",
-        answer=report.paper.finding if report.verdicts else "",
+        heading=report.paper.finding if report.verdicts else "",
         details=_details(report),
     )
     return write_page(path, page)
@@ -82,15 +82,15 @@ def _details(report: Report) -> list[str]:
     return [*start, f"{len(report.verdicts)} claims. {counts}."]
 
 
-def _sections(report: Report, content: PlayerContent) -> Iterator[PageSection]:
+def _sections(report: Report, player: PlayerContent) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
-    groups = _groups(report, content)
+    groups = _groups(report, player)
     if groups:
         counts = [(g["title"], g["tone"], len(g["claims"]), g["key"]) for g in groups]
         cards = [card("verdict_counts", counts=counts)]
         yield PageSection("counts", f"{len(report.verdicts)} claims", cards)
     caption = "A number of ours opens the worst run behind it."
-    table = _main_table(report, content)
+    table = _main_table(report, player)
     title = "The paper's numbers and ours"
     yield PageSection("numbers", title, [table], caption=caption, nav="Table")
     if panels := _panels(report.figures):
@@ -109,29 +109,29 @@ def _sections(report: Report, content: PlayerContent) -> Iterator[PageSection]:
     yield PageSection("details", "Details", [*_folds(report)], nav="Details")
 
 
-def _main_table(report: Report, content: PlayerContent) -> Markup:
+def _main_table(report: Report, player: PlayerContent) -> Markup:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.paper.main_table, {row.claim.name: row for row in report.verdicts}
     rows = []
     for row in main.rows:
-        texts = [main_values(row, setting, report.context) for setting in SETTINGS]
+        values_by_setting = [main_values(row, setting, report.context) for setting in SETTINGS]
         positions = [
-            [content.links.get(run) for run in main_runs(row, setting, report.context)]
+            [player.links.get(run) for run in main_runs(row, setting, report.context)]
             for setting in SETTINGS
         ]
         if not main.columns:
-            texts = [[row.separator.join(values)] for values in texts]
+            values_by_setting = [[row.separator.join(values)] for values in values_by_setting]
         ours = [
             [
                 {
-                    "text": texts[k][i],
-                    "share": _share(texts[k][i]),
+                    "text": values_by_setting[k][i],
+                    "share": _share(values_by_setting[k][i]),
                     "position": positions[k][i] if i < len(positions[k]) else None,
                     **_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
                 }
                 for k, setting in enumerate(SETTINGS)
             ]
-            for i in range(len(texts[0]))
+            for i in range(len(values_by_setting[0]))
         ]
         rows.append({"labels": row.labels, "paper": row.paper, "ours": ours})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
@@ -157,8 +157,8 @@ def _mark(row: VerdictRow | None, setting: str) -> dict[str, str]:
     return {"tone": TONES.get(verdict, ""), "tip": tip}
 
 
-def _share(text: str) -> float | None:
-    number = re.fullmatch(r"(\d+) %", text)
+def _share(value: str) -> float | None:
+    number = re.fullmatch(r"(\d+) %", value)
     return int(number[1]) / 100 if number else None
 
 
@@ -179,24 +179,26 @@ def _panel(label: str, figures: Sequence[PaperFigure]) -> dict[str, Any]:
         pictures = [
             compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
         ]
-        words = f"Ours: {figure.description.rstrip('.')}."
-        return panel | {"description": words, "pictures": pictures}
-    colours = "; green: tracked or lost as in the paper; red: not" if figure.entry.paper else ""
-    words = (
-        f"Ours: {figure.description} White: true {figure.entry.shape}; solid: as written; dashed: "
-        f"recommended; px: centre error{colours}."
+        description = f"Ours: {figure.description.rstrip('.')}."
+        return panel | {"description": description, "pictures": pictures}
+    colours = (
+        "; green: tracked or lost as in the paper; red: not" if figure.definition.paper else ""
+    )
+    description = (
+        f"Ours: {figure.description} White: true {figure.definition.shape}; solid: as written; "
+        f"dashed: recommended; px: centre error{colours}."
     )
     rows = []
-    for index, tracker in enumerate(figure.entry.trackers):
+    for index, tracker in enumerate(figure.definition.trackers):
         runs = [(label, measured) for name, label, measured in strip.rows if name == tracker.name]
-        paper = figure.entry.paper.get(tracker.name, [""] * len(strip.frames))
+        paper = figure.definition.paper.get(tracker.name, [""] * len(strip.frames))
         tiles = [
-            _tile(strip.sequence[frame], frame, runs, state, figure.entry.shape, index)
+            _tile(strip.sequence[frame], frame, runs, state, figure.definition.shape, index)
             for frame, state in zip(strip.frames, paper, strict=True)
         ]
         rows.append((index, tracker.name, tiles))
-    frames = [f"frame {number}" for number in figure.entry.frames]
-    return panel | {"description": words, "frames": frames, "rows": rows}
+    frames = [f"frame {number}" for number in figure.definition.frames]
+    return panel | {"description": description, "frames": frames, "rows": rows}
 
 
 def _tile(
@@ -214,21 +216,23 @@ def _tile(
     notes = [("paper", paper, "")] if paper else []
     for setting, measured in runs:
         state = "tracked" if measured.on_target[frame] else "lost"
-        text = f"{state} ({measured.error[frame]:.0f} px)" if measured.present[frame] else MISSING
-        notes.append((setting, text, paper and ("good" if state == paper else "bad")))
+        outcome = (
+            f"{state} ({measured.error[frame]:.0f} px)" if measured.present[frame] else MISSING
+        )
+        notes.append((setting, outcome, paper and ("good" if state == paper else "bad")))
     frame_image = card(
         "frame_image",
         image=next(encode_images([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
         size=(image.shape[1], image.shape[0]),
         truth=runs[0][1].truth.boxes[frame],
         boxes=[(tracker, dash, measured.boxes[frame]) for dash, (_, measured) in enumerate(runs)],
-        description=", ".join(f"{name}: {text}" for name, text, _ in notes),
+        description=", ".join(f"{name}: {outcome}" for name, outcome, _ in notes),
         is_ellipse=shape == "ellipse",
     )
     return frame_image, notes
 
 
-def _groups(report: Report, content: PlayerContent) -> list[dict[str, Any]]:
+def _groups(report: Report, player: PlayerContent) -> list[dict[str, Any]]:
     """Return the claims by their verdicts in both settings; groups without claims are left out."""
     groups = {
         "both": ("Holds in both settings", "good"),
@@ -245,7 +249,7 @@ def _groups(report: Report, content: PlayerContent) -> list[dict[str, Any]]:
             key = "numbers"
         elif set(verdicts) == {"inconclusive"}:
             key = "inconclusive"
-        items[key].append(_item(row, report.context, content))
+        items[key].append(_item(row, report.context, player))
     return [
         {"key": f"group-{key}", "title": title, "tone": tone, "claims": items[key]}
         for key, (title, tone) in groups.items()
@@ -253,7 +257,7 @@ def _groups(report: Report, content: PlayerContent) -> list[dict[str, Any]]:
     ]
 
 
-def _item(row: VerdictRow, context: Context, content: PlayerContent) -> dict[str, Any]:
+def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str, Any]:
     """Return a claim: its verdicts open the worst runs, and it unfolds quote and reasons."""
     claim, cells = row.claim, []
     facts = {
@@ -278,7 +282,7 @@ def _item(row: VerdictRow, context: Context, content: PlayerContent) -> dict[str
                 "tone": tone,
                 "effect": effect,
                 "reason": remarks,
-                "position": content.links.get(claim_run(claim, setting, context)),
+                "position": player.links.get(claim_run(claim, setting, context)),
             }
         )
     return {

@@ -25,6 +25,7 @@ from trackmark.datasets.spec_string import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., Any]
+Subject = Literal["run", "scene", "time"]
 F = TypeVar("F", bound=Function)
 
 KEPT_SHARE = 0.9  # minimum share of the visible frames in which a kept target is tracked
@@ -153,8 +154,8 @@ class Measure:
     setting.
     """
 
-    text: str  # specification
-    kind: Literal["run", "scene", "time"]
+    spec: str
+    subject: Subject
     function: Function
     unit: str
     lower_is_better: bool = False
@@ -169,33 +170,34 @@ class Measure:
     def definition(self) -> str:
         """Definition of the measure: the first line of its docstring, and its specification."""
         first_line = str(self.function.__doc__).partition("\n")[0]
-        return f"{first_line.removeprefix('Return ').rstrip('.')} (`{self.text}`)"
+        return f"{first_line.removeprefix('Return ').rstrip('.')} (`{self.spec}`)"
 
 
 @cache
-def find_measure(text: str, paper: str) -> Measure:
+def find_measure(spec: str, paper: str) -> Measure:
     """Return the measure of a specification; the paper's measures precede the common ones.
 
     `scenes.NAME` and `timing.NAME` are measures of scenes and of times. Raises `ValueError` for an
     unknown name or option.
     """
-    name, options = parse_text(text)
+    name, options = parse_text(spec)
     module, _, short_name = name.rpartition(".")
     function = getattr(paper_module(paper, module or "measures"), short_name, None)
     if not module and function is None:
         function = _COMMON_MEASURES.get(name)
     if function not in _DECLARATIONS:
-        raise ValueError(f"unknown measure {name!r} in {text!r}")
+        raise ValueError(f"unknown measure {name!r} in {spec!r}")
     try:
         typed = typed_options(function, options)
     except ValueError as error:
-        raise ValueError(f"measure {text!r}: {error}") from None
-    kinds: dict[str, Literal["scene", "time"]] = {"scenes": "scene", "timing": "time"}
+        raise ValueError(f"measure {spec!r}: {error}") from None
+    subjects: dict[str, Subject] = {"scenes": "scene", "timing": "time"}
     unit, lower_is_better, lost_before = _DECLARATIONS[function]
     before = lost_before and Measure(
-        f"lost before {text}", "run", lost_before, "share", True, typed
+        f"lost before {spec}", "run", lost_before, "share", True, typed
     )
-    return Measure(text, kinds.get(module, "run"), function, unit, lower_is_better, typed, before)
+    subject = subjects.get(module, "run")
+    return Measure(spec, subject, function, unit, lower_is_better, typed, before)
 
 
 def typed_options(function: Function, options: Mapping[str, str]) -> dict[str, Any]:
@@ -253,11 +255,11 @@ FRAME_VALUES: dict[str, Callable[[MeasuredRun], Values]] = {
 }
 
 
-def parse_frames(text: str) -> list[int]:
+def parse_frames(ranges: str) -> list[int]:
     """Parse frames such as `11+16`, `12-15` or `1+12-15`; ranges include both ends."""
     frames: list[int] = []
-    for part in filter(None, text.split("+")):
-        first, _, last = part.partition("-")
+    for interval in filter(None, ranges.split("+")):
+        first, _, last = interval.partition("-")
         frames += range(int(first), int(last or first) + 1)
     return frames
 

@@ -71,7 +71,7 @@ class MainTable(TomlTable):
     rows: tuple[MainRow, ...]
 
 
-class FigureEntry(TomlTable):
+class FigureDefinition(TomlTable):
     """Figure of the paper, drawn from our runs.
 
     A `strip` shows `frames` (numbered as in the paper), one row per tracker and setting. Its scene
@@ -214,7 +214,7 @@ class Paper(TomlTable):
     sequences: dict[str, InstanceOf[PaperSequence]]
     setting_table: tuple[tuple[str, ...], ...]  # parameter, both settings, source
     main_table: MainTable
-    figure: dict[NonEmptyText, FigureEntry] = Field(default={})
+    figure: dict[NonEmptyText, FigureDefinition] = Field(default={})
     claims: dict[str, InstanceOf[Claim]]
 
     @model_validator(mode="after")

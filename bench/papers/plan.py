@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.papers import SETTINGS, ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
 from trackmark.bench.papers.paper import Paper, Sensitivity
@@ -33,7 +33,7 @@ def required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
         if figure.sequence and figure.is_drawn(options.quick):
             add([figure.sequence], figure.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
-        if claim.measure.kind == "run":
+        if claim.measure.subject == "run":
             add(claim.sequences, claim.all_trackers, claim.n_scenes)
     return [Case(spec, sequence, n_scenes[sequence]) for sequence, spec in specs]
 
@@ -68,7 +68,7 @@ def plan_experiments(
             Experiment(
                 name=name,
                 trackers=tracker_specs,
-                sequences=tuple(map(SequenceSource, scenes)),
+                sequences=tuple(map(SequenceSpec, scenes)),
                 repetitions=repetitions,
                 title=f"{paper.name}: {sequence_names}",
             )

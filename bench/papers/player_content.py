@@ -29,11 +29,11 @@ REACHES = (1_000_000, 100, 50, 20, 10, 5, 2)
 
 
 class ShownRun(NamedTuple):
-    """Run that opens at its worst frame; `beside`: trackers that are drawn with it."""
+    """Run that opens at the worst frame by the criterion; `beside` names trackers drawn with it."""
 
     tracker: str
     sequence: str
-    kind: str
+    criterion: str
     beside: tuple[str, ...]
 
 
@@ -77,7 +77,7 @@ def player_content(
 def _position(run: ShownRun, reading: PageRuns, context: Context) -> PlayerPosition | None:
     names = [parse_tracker(spec).label for spec in (run.tracker, *run.beside)]
     sequence, _ = datasets.name_and_fingerprint(run.sequence)
-    position = reading.worst_position(names[0], sequence, run.kind, context.paper.trajectory)
+    position = reading.worst_position(names[0], sequence, run.criterion, context.paper.trajectory)
     trackers = sorted({reading.trackers.index(name) for name in names if name in reading.trackers})
     return position and position._replace(show=tuple(trackers))
 
@@ -95,7 +95,7 @@ def _frames(
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (sequence_runs.row["frame_seconds"] or 0.0 for sequence_runs in reading.sequences)
+        costs = (sequence_runs.row["reading_seconds"] or 0.0 for sequence_runs in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )
@@ -116,7 +116,7 @@ def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | N
 
 def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
     """Return the worst run of a claim's first tracker; None for times and values of scenes."""
-    if claim.measure.kind != "run":
+    if claim.measure.subject != "run":
         return None
     specs = tuple(tracker.spec(setting) for tracker in claim.all_trackers)
     of_first = claim.cases(setting)[: len(claim.sequences)]

@@ -47,8 +47,7 @@ def scene_values(
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
     values = [*map_in_workers(partial(_call, function, trackers), scenes, jobs)]
-    content = json.dumps(values)
-    write_file(file, lambda path: path.write_text(content, "utf-8"))
+    write_file(file, json.dumps(values))
     return np.array(values)
 
 

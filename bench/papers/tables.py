@@ -13,19 +13,19 @@ from trackmark.reports.tables import MISSING, Table, text_table
 
 def main_table(context: Context) -> Table:
     """Return the paper's numbers and ours in both settings, row by row."""
-    entry, n_scenes = context.paper.main_table, context.n_scenes
-    headings = [*entry.headings, "paper", *SETTING_LABELS.values()]
+    main, n_scenes = context.paper.main_table, context.n_scenes
+    headings = [*main.headings, "paper", *SETTING_LABELS.values()]
     rows = [
         [
             *row.labels,
             row.separator.join(row.paper),
             *(row.separator.join(main_values(row, setting, context)) for setting in SETTINGS),
         ]
-        for row in entry.rows
+        for row in main.rows
     ]
     verb, scenes = ("is", "1 scene") if n_scenes == 1 else ("are", f"{n_scenes} scenes")
-    caption = f"{entry.caption} There {verb} {scenes} per sequence."
-    return text_table("main", caption, headings, rows, len(entry.headings))
+    caption = f"{main.caption} There {verb} {scenes} per sequence."
+    return text_table("main", caption, headings, rows, len(main.headings))
 
 
 def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
@@ -95,10 +95,10 @@ def criteria_table(paper: str) -> Table:
     notes = ["* The criterion uses a result of the paper."] if in_view else []
     failed = values[~values["passes"]]
     for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
-        numbers = ", ".join(map(str, sorted(set(scenes))))
+        failed_scenes = ", ".join(map(str, sorted(set(scenes))))
         name = str(member).partition("/")[2]
         notes.append(
-            f"Scenes of sequence {name} that miss a criterion and are not used: {numbers}."
+            f"Scenes of sequence {name} that miss a criterion and are not used: {failed_scenes}."
         )
     caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
     return text_table("criteria", caption, headings, rows, 2, notes)

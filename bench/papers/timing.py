@@ -64,7 +64,7 @@ Excerpt = tuple[str, Sequence[Image], Box]
 def tracker_methods(specs: Mapping[str, str]) -> Methods:
     """Return trackers (specifications by name) as methods of the same names."""
     seed = np.random.SeedSequence(0)
-    return {name: partial(parse_tracker(text).make, seed) for name, text in specs.items()}
+    return {name: partial(parse_tracker(spec).make, seed) for name, spec in specs.items()}
 
 
 def open_excerpts(
@@ -97,14 +97,14 @@ class _TimedMethod:
             method.init(images[0], box)  # only once: initialisation can be slow
         self._method: Any = None
 
-    def turn(self, number: int, start: int, stop: int) -> TurnTime:
-        """Return the time of the updates on images `start` to `stop` of a excerpt.
+    def turn(self, index: int, start: int, stop: int) -> TurnTime:
+        """Return the time of the updates on images `start` to `stop` of an excerpt.
 
         If `start` is 0, the method restarts from its state after `init`.
         """
         if start == 0:
-            self._method = deepcopy(self._initialised[number])
-        return time_updates(self._method, self._excerpts[number][1][start + 1 : stop + 1])
+            self._method = deepcopy(self._initialised[index])
+        return time_updates(self._method, self._excerpts[index][1][start + 1 : stop + 1])
 
 
 def turn_times(methods: Methods, excerpts: Sequence[Excerpt]) -> Times:
@@ -148,7 +148,7 @@ def kept_times(
     """
     specs = {name: context.paper.spec(name, setting) for name in names}
     scenes = {name: context.paper.sequences[name].scenes(1)[0][0] for name in sequences}
-    versions = [parse_tracker(text).version for text in specs.values()]
+    versions = [parse_tracker(spec).version for spec in specs.values()]
     scene_versions = [
         (name, *datasets.name_and_fingerprint(scene)) for name, scene in scenes.items()
     ]
@@ -158,8 +158,10 @@ def kept_times(
     key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
     file = context.folder / "times" / f"{key}.json"
     if file not in _measured and file.is_file():
-        content = json.loads(file.read_bytes())
-        _measured[file] = {k: {n: np.array(v) for n, v in t.items()} for k, t in content.items()}
+        _measured[file] = {
+            sequence: {method: np.array(values) for method, values in by_method.items()}
+            for sequence, by_method in json.loads(file.read_bytes()).items()
+        }
     if file not in _measured:
         measure_all = partial(
             measure_scenes, methods, specs, n_frames=n_frames, stretches=stretches
@@ -170,8 +172,7 @@ def kept_times(
             [sequence_times["reference"] for sequence_times in times.values()], axis=0
         )
         if np.median(machine) <= STEADY_RATIO * machine.min():
-            text = json.dumps(times, default=lambda values: values.tolist())
-            write_file(file, text)
+            write_file(file, json.dumps(times, default=lambda values: values.tolist()))
     return _measured[file]
 
 

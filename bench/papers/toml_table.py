@@ -26,13 +26,13 @@ class TomlTable(BaseModel):
 Table = TypeVar("Table", bound=TomlTable)
 
 
-def validated(kind: type[Table], table: dict[str, Any], location: str, names: Any = None) -> Table:
+def validated(model: type[Table], table: dict[str, Any], location: str, names: Any = None) -> Table:
     """Validate a table; raise `ExperimentError` with the location and the first wrong field.
 
     `names`: objects that the names in the table stand for; see `cases.Names`.
     """
     try:
-        return kind.model_validate(table, context=names)
+        return model.model_validate(table, context=names)
     except ValidationError as error:
         first: Any = error.errors(include_url=False)[0]
         field = ".".join(str(part) for part in first["loc"])

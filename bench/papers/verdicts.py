@@ -79,17 +79,17 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     """Return estimate, interval and number of units: `18 of 24 scenes, 0.75 [0.53, 0.90]`."""
     if not isfinite(verdict.statistic):
         return MISSING
-    numbers = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
+    estimate = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
     counted = f"{verdict.n_units} {verdict.counted}{'s' * (verdict.n_units != 1)}"
     if claim.test == "share":
         # An undecided scene counts as half a success.
         successes = round(2 * verdict.statistic * verdict.n_units) / 2
-        return f"{successes:g} of {counted}, {numbers}"
-    ratio, as_long, _ = numbers.partition(" times as long")
+        return f"{successes:g} of {counted}, {estimate}"
+    ratio, as_long, _ = estimate.partition(" times as long")
     if claim.test == "time":
         return f"{'ratio ' if as_long else ''}{ratio}, {verdict.n_units} rounds"
     margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
-    return f"{numbers}, {margin}{counted}"
+    return f"{estimate}, {margin}{counted}"
 
 
 def judge_row(  # name: claims are judged
@@ -113,12 +113,12 @@ def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
     """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
     counts = Counter(str(row.verdicts[setting].verdict) for row in rows)
     plurals = {"holds": "hold", "does not hold": "do not hold"}
-    parts = [
+    counted = [
         f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
         for name in VERDICTS
         if counts[name]
     ]
-    return ", ".join(parts)
+    return ", ".join(counted)
 
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:
@@ -131,7 +131,7 @@ def verdict_table(rows: Sequence[VerdictRow]) -> Table:
         caption="Verdicts on the claims: estimate [95 % interval] in both settings",
         headings=headings,
         n_labels=2,
-        rows=[[Cell(text) for text in _texts(row)] for row in rows],
+        rows=[[Cell(text) for text in _cell_texts(row)] for row in rows],
         data=pd.DataFrame([record for row in rows for record in _records(row)]),
     )
 
@@ -160,13 +160,13 @@ def _records(row: VerdictRow) -> list[dict[str, Any]]:
     ]
 
 
-def _texts(row: VerdictRow) -> list[str]:
-    texts = [row.claim.name, row.claim.summary, row.claim.paper]
+def _cell_texts(row: VerdictRow) -> list[str]:
+    cells = [row.claim.name, row.claim.summary, row.claim.paper]
     for setting in SETTINGS:
         verdict, remarks = row.verdicts[setting], "; ".join(row.remarks(setting))
-        texts.append(effect_text(row.claim, verdict))
-        texts.append(verdict.verdict + (f" ({remarks})" if remarks else ""))
-    return texts
+        cells.append(effect_text(row.claim, verdict))
+        cells.append(verdict.verdict + (f" ({remarks})" if remarks else ""))
+    return cells
 
 
 def _finite(value: float) -> float | None:

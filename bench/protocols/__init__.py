@@ -153,16 +153,16 @@ def names() -> list[str]:
     return list(_MODULES)
 
 
-def parse_protocol(text: str) -> EvaluationProtocol:
+def parse_protocol(spec: str) -> EvaluationProtocol:
     """Return the protocol from its text `name:parameter=value:…`.
 
     Raises `ProtocolError` for an unknown name or parameter, or an invalid value. Raises `TypeError`
     unless the argument is a text.
     """
-    if not isinstance(text, str):
-        raise TypeError(f"protocol is {text!r}. Expected: a text, for example {ONE_PASS!r}.")
+    if not isinstance(spec, str):
+        raise TypeError(f"protocol is {spec!r}. Expected: a text, for example {ONE_PASS!r}.")
     try:
-        name, options = parse_text(text)
+        name, options = parse_text(spec)
     except ValueError as error:
         raise ProtocolError(f"protocol {error}") from None
     if name not in _MODULES:
@@ -180,7 +180,7 @@ def protocol_of_key(protocol_key: str) -> EvaluationProtocol:
     return parse_protocol(ONE_PASS if protocol_key == TIMING else protocol_key)
 
 
-def describe(name: str) -> dict[str, Any]:
+def describe_protocol(name: str) -> dict[str, Any]:
     """Return the description of a protocol, as `trackmark describe --json` prints it."""
     protocol = parse_protocol(name)
     summary, _, rest = (_module(protocol.name).__doc__ or "").strip().partition("\n\n")

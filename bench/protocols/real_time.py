@@ -29,8 +29,8 @@ class _FrameSkipper(Controller):
 
     estimate_frames: NDArray[np.int32]
 
-    def __init__(self, frames: int, first: int, fps: float, seconds: list[float]) -> None:
-        self.estimate_frames = np.full(frames, -1, np.int32)
+    def __init__(self, n_frames: int, first: int, fps: float, seconds: list[float]) -> None:
+        self.estimate_frames = np.full(n_frames, -1, np.int32)
         self.estimate_frames[first] = first
         self._first, self._fps, self._seconds = first, fps, seconds
         self._free_at = 0.0

@@ -1,6 +1,7 @@
 """Baselines: scores of trackers in a text file that is committed and reviewed.
 
-An entry is a tracker–sequence pair, with the mean overlap and a digest of the boxes of each run.
+A baseline has a score for each pair of a tracker and a sequence: the mean overlap and a digest of
+the boxes of each run.
 Repetitions count from 0, so that an unchanged tracker gives equal boxes.
 """
 
@@ -18,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import AfterValidator, BaseModel, ConfigDict, Field, ValidationError
 
-from trackmark.bench.experiments.experiment import SequenceSource, check_folder_name, read_toml
+from trackmark.bench.experiments.experiment import SequenceSpec, check_folder_name, read_toml
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
@@ -51,10 +52,10 @@ class BaselineError(ResultsError):
 
 
 @dataclass(frozen=True)
-class BaselineEntry:
+class BaselineScore:
     """Runs of a tracker on a sequence by repetition; a deterministic tracker has one run."""
 
-    source: SequenceSource
+    source: SequenceSpec
     fingerprint: str  # digest of pixels and ground truth
     overlap: tuple[float, ...]  # mean overlaps; 0 for a failed run
     box_digests: tuple[str, ...]  # empty for a failed run
@@ -62,15 +63,15 @@ class BaselineEntry:
     failures: Mapping[int, str] = field(default_factory=dict)
 
 
-BaselineEntries = Mapping[str, Mapping[str, BaselineEntry]]
-"""Entries by label of the tracker and name of the sequence."""
+BaselineScores = Mapping[str, Mapping[str, BaselineScore]]
+"""Scores by label of the tracker and name of the sequence."""
 
 
 @dataclass(frozen=True)
 class Baseline:
     """Scores of trackers on sequences, with the platform and libraries of the runs."""
 
-    entries: BaselineEntries
+    scores: BaselineScores
     specs: Mapping[str, str]  # specifications of the trackers, by label
     n_repetitions: int  # number of runs of each stochastic tracker
     detectable_drop: float  # drop of the mean overlap on one sequence to detect
@@ -79,31 +80,31 @@ class Baseline:
 
     def with_repetitions(self, n_repetitions: int) -> "Baseline":
         """Return the baseline restricted to the first repetitions."""
-        entries = {
+        scores = {
             tracker: {
                 name: replace(
-                    entry,
-                    overlap=entry.overlap[:n_repetitions],
-                    box_digests=entry.box_digests[:n_repetitions],
+                    score,
+                    overlap=score.overlap[:n_repetitions],
+                    box_digests=score.box_digests[:n_repetitions],
                 )
-                for name, entry in row.items()
+                for name, score in row.items()
             }
-            for tracker, row in self.entries.items()
+            for tracker, row in self.scores.items()
         }
-        return replace(self, entries=entries, n_repetitions=n_repetitions)
+        return replace(self, scores=scores, n_repetitions=n_repetitions)
 
     def with_accepted(
-        self, tracker: str, now: BaselineEntries, reason: str, date: str
+        self, tracker: str, now: BaselineScores, reason: str, date: str
     ) -> "Baseline":
-        """Return the baseline with new entries of a tracker and the reason for the change."""
+        """Return the baseline with new scores of a tracker and the reason for the change."""
         by_sequence = [
-            [np.mean(entry.overlap) for entry in entries[tracker].values()]
-            for entries in (self.entries, now)
+            [np.mean(score.overlap) for score in scores[tracker].values()]
+            for scores in (self.scores, now)
         ]
         overlap = [round(float(np.mean(means)), DECIMALS) for means in by_sequence]
         change = {"tracker": tracker, "date": date, "reason": reason, "overlap": overlap}
-        entries = {**self.entries, tracker: now[tracker]}
-        return replace(self, entries=entries, accepted=(*self.accepted, change))
+        scores = {**self.scores, tracker: now[tracker]}
+        return replace(self, scores=scores, accepted=(*self.accepted, change))
 
 
 def baseline_path(name: str) -> Path:
@@ -139,54 +140,54 @@ def box_digest(boxes: NDArray[np.float64]) -> str:
     return digest(np.where(absent, _NO_BOX, scaled).astype("<i4").tobytes())
 
 
-def digest(content: bytes) -> str:
+def digest(encoded: bytes) -> str:
     """Return a short digest of bytes or of a fingerprint."""
-    return hashlib.sha256(content).hexdigest()[:_DIGITS]
+    return hashlib.sha256(encoded).hexdigest()[:_DIGITS]
 
 
-def stored_entries(
-    folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSource]
-) -> BaselineEntries:
-    """Return the entries of the stored runs of an experiment.
+def stored_scores(
+    folder: Path, runs: Mapping[tuple[str, str], int], sources: Mapping[str, SequenceSpec]
+) -> BaselineScores:
+    """Return the scores of the stored runs of an experiment.
 
     `runs`: number of repetitions by tracker and sequence. `sources`: specifications of the
     sequences, by name.
 
     Raises `BaselineError` for a finished run without a score.
     """
-    stored = Runs.open(folder)
+    stored_runs = Runs.open(folder)
     by_pair: dict[tuple[str, str], dict[int, RunWithTruth]] = {pair: {} for pair in runs}
     rows = (  # the runs of the current versions were just stored
         row
-        for row in stored.stored_rows
+        for row in stored_runs.stored_rows
         if row["protocol"] == "one-pass"
         and row["repetition"] < runs.get((row["tracker"], row["sequence"]), 0)
     )
-    for run in stored.read(rows):
+    for run in stored_runs.read(rows):
         by_pair[run.row["tracker"], run.row["sequence"]][run.row["repetition"]] = run
-    entries: dict[str, dict[str, BaselineEntry]] = {}
+    scores: dict[str, dict[str, BaselineScore]] = {}
     for (tracker, name), by_repetition in by_pair.items():
         ordered = [by_repetition[repetition] for repetition in range(runs[tracker, name])]
-        entries.setdefault(tracker, {})[name] = _entry(sources[name], ordered)
-    return entries
+        scores.setdefault(tracker, {})[name] = _score(sources[name], ordered)
+    return scores
 
 
-def _entry(source: SequenceSource, runs: Sequence[RunWithTruth]) -> BaselineEntry:
+def _score(source: SequenceSpec, runs: Sequence[RunWithTruth]) -> BaselineScore:
     overlap, box_digests, failures = [0.0] * len(runs), [""] * len(runs), {}
     for repetition, (row, run, _) in enumerate(runs):
         if row["status"] != "finished":
             failures[repetition] = str(row["failure"]).partition("\n")[0]
             continue
-        score = float(row["scores"].get("mean_overlap", np.nan))
-        if not np.isfinite(score):
+        overlap_of_run = float(row["scores"].get("mean_overlap", np.nan))
+        if not np.isfinite(overlap_of_run):
             raise BaselineError(
                 f"{row['tracker']} on {row['sequence']}: the run has no mean overlap. Leave out "
                 "the sequence: its ground truth has no box after the first one."
             )
-        overlap[repetition] = round(score, DECIMALS)
+        overlap[repetition] = round(overlap_of_run, DECIMALS)
         box_digests[repetition] = box_digest(run.boxes)
     fingerprint = digest(runs[0].row["fingerprint"].encode())
-    return BaselineEntry(source, fingerprint, tuple(overlap), tuple(box_digests), failures)
+    return BaselineScore(source, fingerprint, tuple(overlap), tuple(box_digests), failures)
 
 
 def write_baseline(baseline: Baseline, path: Path) -> None:
@@ -194,15 +195,15 @@ def write_baseline(baseline: Baseline, path: Path) -> None:
 
     Raises `BaselineError` for a text that is not valid UTF-8.
     """
-    text = "\n".join(_lines(baseline)) + "\n"
+    toml = "\n".join(_lines(baseline)) + "\n"
     try:
-        content = text.encode("utf-8")
+        encoded = toml.encode("utf-8")
     except UnicodeEncodeError as error:
         raise BaselineError(
-            f"{path}: {text[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
+            f"{path}: {toml[error.start - 20 : error.end]!r} is not valid UTF-8. Rename the file "
             "or folder, or give another reason."
         ) from None
-    write_file(path, content)
+    write_file(path, encoded)
 
 
 def _lines(baseline: Baseline) -> Iterator[str]:
@@ -217,29 +218,29 @@ def _lines(baseline: Baseline) -> Iterator[str]:
         yield "\n# Specifications of trackers with other names."
         yield "[specifications]"
         yield from _toml_lines(renamed)
-    for tracker, entries in baseline.entries.items():
+    for tracker, scores in baseline.scores.items():
         yield f"\n[trackers.{_toml(tracker)}]"
-        for name, entry in entries.items():
-            yield f"{_toml(name)} = {_inline(name, entry)}"
+        for name, score in scores.items():
+            yield f"{_toml(name)} = {_inline(name, score)}"
     for change in baseline.accepted:
         yield "\n[[accepted]]"
         yield from (f"{key} = {_toml(value)}" for key, value in change.items())
 
 
-def _toml_lines(texts: Mapping[str, str]) -> list[str]:
-    return [f"{_toml(key)} = {_toml(text)}" for key, text in texts.items()]
+def _toml_lines(values: Mapping[str, str]) -> list[str]:
+    return [f"{_toml(key)} = {_toml(value)}" for key, value in values.items()]
 
 
-def _inline(name: str, entry: BaselineEntry) -> str:
+def _inline(name: str, score: BaselineScore) -> str:
     fields: dict[str, object] = {
-        "fingerprint": entry.fingerprint,
-        "overlap": entry.overlap,
-        "box_digests": entry.box_digests,
+        "fingerprint": score.fingerprint,
+        "overlap": score.overlap,
+        "box_digests": score.box_digests,
     }
-    if entry.source.text != name:
-        fields["path"] = entry.source.text
-    if entry.source.truth is not None:
-        fields["truth"] = str(entry.source.truth)
+    if score.source.spec != name:
+        fields["path"] = score.source.spec
+    if score.source.truth is not None:
+        fields["truth"] = str(score.source.truth)
     return "{ " + ", ".join(f"{key} = {_toml(value)}" for key, value in fields.items()) + " }"
 
 
@@ -258,23 +259,23 @@ class _Strict(BaseModel):
     model_config = ConfigDict(extra="forbid", strict=True)
 
 
-class _FileEntry(_Strict):
+class _FileScore(_Strict):
     fingerprint: _Digest
     overlap: Annotated[list[_Score], Field(min_length=1)]
     box_digests: list[_Digest]
     path: _Text | None = None
     truth: _Text | None = None
 
-    def baseline_entry(self, name: str) -> BaselineEntry:
-        """Return the entry as `BaselineEntry`; `name` is the sequence if the entry has no path."""
-        source = SequenceSource(self.path or name, Path(self.truth) if self.truth else None)
-        return BaselineEntry(source, self.fingerprint, tuple(self.overlap), tuple(self.box_digests))
+    def baseline_score(self, name: str) -> BaselineScore:
+        """Return the score as `BaselineScore`; `name` is the sequence if the file has no path."""
+        source = SequenceSpec(self.path or name, Path(self.truth) if self.truth else None)
+        return BaselineScore(source, self.fingerprint, tuple(self.overlap), tuple(self.box_digests))
 
 
-def _check_date(text: str) -> str:
+def _check_date(day: str) -> str:
     """Return a date; `ValueError` for a day that does not exist becomes a `ValidationError`."""
-    date.fromisoformat(text)
-    return text
+    date.fromisoformat(day)
+    return day
 
 
 class _FileAccepted(_Strict):
@@ -291,7 +292,7 @@ class _File(_Strict):
     environment: _Texts
     specifications: _Texts = {}
     trackers: Annotated[
-        dict[_Text, Annotated[dict[_Text, _FileEntry], Field(min_length=1)]], Field(min_length=1)
+        dict[_Text, Annotated[dict[_Text, _FileScore], Field(min_length=1)]], Field(min_length=1)
     ]
     accepted: list[_FileAccepted] = []
 
@@ -310,77 +311,82 @@ def read_baseline(path: Path) -> Baseline:
     if table.get("format") != FORMAT:
         _refuse(path, "format", table.get("format"), f"This version reads format {FORMAT}.")
     try:
-        content = _File.model_validate(table)
+        validated = _File.model_validate(table)
     except ValidationError as error:
         first = error.errors(include_url=False)[0]
         value = "missing" if first["type"] == "missing" else first["input"]
-        _refuse(path, _place(first["loc"]), value, f"{first['msg']}.")
-    for tracker, row in content.trackers.items():
-        _check_lengths(path, content.repetitions, tracker, row)
+        _refuse(path, _location(first["loc"]), value, f"{first['msg']}.")
+    for tracker, row in validated.trackers.items():
+        _check_lengths(path, validated.repetitions, tracker, row)
         _check_equal_boxes(path, tracker, row)
-    _check_sources(path, content)
-    entries = {
-        tracker: {name: entry.baseline_entry(name) for name, entry in row.items()}
-        for tracker, row in content.trackers.items()
+    _check_sources(path, validated)
+    scores = {
+        tracker: {name: score.baseline_score(name) for name, score in row.items()}
+        for tracker, row in validated.trackers.items()
     }
-    specs = {label: content.specifications.get(label, label) for label in entries}
-    accepted = tuple(change.model_dump() for change in content.accepted)
+    specs = {label: validated.specifications.get(label, label) for label in scores}
+    accepted = tuple(change.model_dump() for change in validated.accepted)
     return Baseline(
-        entries, specs, content.repetitions, content.detectable_drop, content.environment, accepted
+        scores,
+        specs,
+        validated.repetitions,
+        validated.detectable_drop,
+        validated.environment,
+        accepted,
     )
 
 
 def _check_lengths(
-    path: Path, n_repetitions: int, tracker: str, entries: Mapping[str, _FileEntry]
+    path: Path, n_repetitions: int, tracker: str, scores: Mapping[str, _FileScore]
 ) -> None:
     """Raise `BaselineError` unless a tracker has 1 run or one per repetition on every sequence."""
-    (first, *_) = entries.values()
+    (first, *_) = scores.values()
     n = len(first.overlap)
-    for name, entry in entries.items():
-        for key, values in (("overlap", entry.overlap), ("box_digests", entry.box_digests)):
+    for name, score in scores.items():
+        for key, values in (("overlap", score.overlap), ("box_digests", score.box_digests)):
             if n not in (1, n_repetitions) or len(values) != n:
                 runs = (
                     f"1 or {n_repetitions} (one per repetition)"
                     if n not in (1, n_repetitions)
                     else f"{n}, one per run"
                 )
-                place = _place(("trackers", tracker, name, key))
-                _refuse(path, place, values, f"{len(values)} values; expected {runs}.")
+                location = _location(("trackers", tracker, name, key))
+                _refuse(path, location, values, f"{len(values)} values; expected {runs}.")
 
 
-def _check_equal_boxes(path: Path, tracker: str, entries: Mapping[str, _FileEntry]) -> None:
+def _check_equal_boxes(path: Path, tracker: str, scores: Mapping[str, _FileScore]) -> None:
     """Raise `BaselineError` if two runs of a tracker have equal boxes and different overlaps."""
-    for name, entry in entries.items():
+    for name, score in scores.items():
         overlap_of: dict[str, float] = {}
         for repetition, (boxes, overlap) in enumerate(
-            zip(entry.box_digests, entry.overlap, strict=True)
+            zip(score.box_digests, score.overlap, strict=True)
         ):
             expected = overlap_of.setdefault(boxes, overlap)
             if abs(overlap - expected) > MAX_OVERLAP_ERROR:
-                place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
-                _refuse(path, place, overlap, f"Another run with equal boxes has {expected}.")
+                location = _location(("trackers", tracker, name, f"overlap.{repetition}"))
+                _refuse(path, location, overlap, f"Another run with equal boxes has {expected}.")
 
 
-def _check_sources(path: Path, content: _File) -> None:
+def _check_sources(path: Path, validated: _File) -> None:
     """Raise `BaselineError` if trackers disagree on a sequence, or a specification has no use."""
-    first_of: dict[str, tuple[str, _FileEntry]] = {}
-    for tracker, row in content.trackers.items():
-        for name, entry in row.items():
-            first, expected = first_of.setdefault(name, (tracker, entry))
+    first_of: dict[str, tuple[str, _FileScore]] = {}
+    for tracker, row in validated.trackers.items():
+        for name, score in row.items():
+            first, expected = first_of.setdefault(name, (tracker, score))
             for key in ("fingerprint", "path", "truth"):
-                value, other = getattr(entry, key), getattr(expected, key)
+                value, other = getattr(score, key), getattr(expected, key)
                 if value != other:
-                    place = _place(("trackers", tracker, name, key))
-                    _refuse(path, place, value, f"Tracker {first!r} has {other!r}.")
-    for label in content.specifications:
-        if label not in content.trackers:
+                    location = _location(("trackers", tracker, name, key))
+                    _refuse(path, location, value, f"Tracker {first!r} has {other!r}.")
+    for label in validated.specifications:
+        if label not in validated.trackers:
             _refuse(path, "specifications", label, "The file has no scores of this tracker.")
 
 
-def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries) -> None:
+def check_equal_scores(path: Path, before: BaselineScores, now: BaselineScores) -> None:
     """Raise `BaselineError` if runs with equal boxes have another overlap than in the baseline.
 
-    `now`: entries of the same trackers and sequences. The sequences have not changed. `path`: file
+    `now`: scores of the same trackers and sequences. The sequences have not changed. `path`: file
     of the baseline, for the message.
     """
     for tracker, row in before.items():
@@ -392,21 +398,21 @@ def check_equal_scores(path: Path, before: BaselineEntries, now: BaselineEntries
                 zip(*runs, strict=True)
             ):
                 if old_boxes == new_boxes and abs(old_overlap - new_overlap) > MAX_OVERLAP_ERROR:
-                    place = _place(("trackers", tracker, name, f"overlap.{repetition}"))
+                    location = _location(("trackers", tracker, name, f"overlap.{repetition}"))
                     expected = f"Runs with these boxes have a mean overlap of {new_overlap} now."
-                    _refuse(path, place, float(old_overlap), expected)
+                    _refuse(path, location, float(old_overlap), expected)
 
 
-def _place(location: Sequence[int | str]) -> str:
+def _location(keys: Sequence[int | str]) -> str:
     """Return the place of a key in the file, in words, for messages."""
-    if location[0] != "trackers" or len(location) < 2:
-        return ".".join(map(str, location))
-    kinds = zip(("tracker", "sequence"), location[1:3], strict=False)
+    if keys[0] != "trackers" or len(keys) < 2:
+        return ".".join(map(str, keys))
+    kinds = zip(("tracker", "sequence"), keys[1:3], strict=False)
     names = [f"{kind} {name!r}" for kind, name in kinds]
-    return ", ".join(filter(None, [*names, ".".join(map(str, location[3:]))]))
+    return ", ".join(filter(None, [*names, ".".join(map(str, keys[3:]))]))
 
 
-def _refuse(path: Path, place: str, value: object, expected: str) -> NoReturn:
-    text = repr(value)
-    text = text if len(text) <= 80 else f"{text[:77]}..."
-    raise BaselineError(f"{path}: {place}: {text}. {expected} {_REMEDY}")
+def _refuse(path: Path, location: str, value: object, expected: str) -> NoReturn:
+    printed = repr(value)
+    printed = printed if len(printed) <= 80 else f"{printed[:77]}..."
+    raise BaselineError(f"{path}: {location}: {printed}. {expected} {_REMEDY}")

@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntries
+from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineScores
 from trackmark.bench.statistics.accuracy_drop import (
     IDENTICAL,
     decide_by_repetitions,
@@ -83,7 +83,7 @@ class Check:
     """Result of a check: changes of the trackers of a baseline."""
 
     baseline: Baseline
-    now: BaselineEntries
+    now: BaselineScores
     environment: Mapping[str, str]
     sequences: Sequence[ScoreChange]
     means: Sequence[ScoreChange]  # of the changed stochastic trackers
@@ -102,7 +102,7 @@ class Check:
         return "inconclusive" if "inconclusive" in labels else "pass"
 
 
-def changed_sequences(before: BaselineEntries, now: BaselineEntries) -> dict[str, list[str]]:
+def changed_sequences(before: BaselineScores, now: BaselineScores) -> dict[str, list[str]]:
     """Return for each deterministic tracker the sequences on which its boxes changed.
 
     Sequences with failed runs are left out.
@@ -116,20 +116,20 @@ def changed_sequences(before: BaselineEntries, now: BaselineEntries) -> dict[str
 
 def check(
     baseline: Baseline,
-    now: BaselineEntries,
+    now: BaselineScores,
     environment: Mapping[str, str],
     not_repeatable: Collection[tuple[str, str]] = (),
     families: Mapping[str, str] | None = None,
 ) -> Check:
-    """Compare new entries of the same trackers and sequences with a baseline.
+    """Compare new scores of the same trackers and sequences with a baseline.
 
-    If `environment`, the platform and libraries of the new entries, differs from the baseline's,
+    If `environment`, the platform and libraries of the new scores, differs from the baseline's,
     deterministic trackers may change as much as the baseline's detectable drop. `not_repeatable`
     lists deterministic trackers and sequences whose boxes differ between two new runs; no decision
     is possible on them. If `families` gives the family of every sequence, a family counts once in
     means.
     """
-    rows = _paired(baseline.entries, now)
+    rows = _paired(baseline.scores, now)
     changed = [row for row in rows if row.is_random and not all(row.same)]
     margin = (
         MARGIN if environment == baseline.environment else max(MARGIN, baseline.detectable_drop)
@@ -154,11 +154,11 @@ def check(
     return Check(baseline, now, environment, _in_order(sequences), _in_order(means))
 
 
-def _paired(before: BaselineEntries, now: BaselineEntries) -> list[ScoreChange]:
+def _paired(before: BaselineScores, now: BaselineScores) -> list[ScoreChange]:
     """Return the scores before and now per tracker and sequence, without a decision."""
     rows = []
-    for tracker, entries in before.items():
-        for name, old in entries.items():
+    for tracker, scores in before.items():
+        for name, old in scores.items():
             new = now[tracker][name]
             same = (np.array(old.box_digests) == np.array(new.box_digests)).tolist()
             rows.append(ScoreChange(tracker, name, old.overlap, new.overlap, same, new.failures))
@@ -181,14 +181,14 @@ def _mean(
         for parts in zip(*((row.old, row.new, row.same) for row in rows), strict=True)
     )
     change = decide_by_repetitions(by_repetition, comparisons, baseline.detectable_drop)
-    words = f"mean of {len(units)} {units.plural if len(units) > 1 else units.kind}"
+    label = f"mean of {len(units)} {units.plural if len(units) > 1 else units.unit_kind}"
     p = p_value(by_repetition, comparisons) if change.interval else nan
     shares = weights.tolist()
-    return ScoreChange(rows[0].tracker, words, old, new, same, {}, change, p, shares)
+    return ScoreChange(rows[0].tracker, label, old, new, same, {}, change, p, shares)
 
 
-def _counted(number: int, noun: str = "sequence") -> str:
-    return f"{number} {noun}{'s' * (number != 1)}"
+def _counted(n: int, noun: str = "sequence") -> str:
+    return f"{n} {noun}{'s' * (n != 1)}"
 
 
 _ORDER = ("worse", "inconclusive", "better", "not worse", "identical")
@@ -205,8 +205,7 @@ def summary_line(result: Check, where: str, slower: int = 0, *, strict: bool = F
     `where`: file of the baseline. `slower`: number of slower trackers. `strict`: inconclusive
     scores fail.
     """
-    words = {"identical": "unchanged"}
-    labels = Counter(words.get(row.change.label, row.change.label) for row in result.sequences)
+    labels = Counter(row.change.label.replace("identical", "unchanged") for row in result.sequences)
     n = len(result.sequences)
     in_mean = sum(row.change.label == "worse" for row in result.means)
     failed = sum(bool(row.failures) for row in result.sequences)
@@ -220,9 +219,9 @@ def summary_line(result: Check, where: str, slower: int = 0, *, strict: bool = F
     return f"{'FAIL' if fails else 'PASS'}  {'; '.join([scores, *bad])} ({where})"
 
 
-def table(result: Check, *, whole: bool = False) -> Table:
-    """Return the table of changes; `whole` includes sequences with equal boxes."""
-    visible = [row for row in result.sequences if whole or row.change.label != "identical"]
+def table(result: Check, *, with_identical: bool = False) -> Table:
+    """Return the table of changes; `with_identical` includes sequences with equal boxes."""
+    visible = [row for row in result.sequences if with_identical or row.change.label != "identical"]
     return Table(
         name="check",
         caption="Mean overlap before and now. The intervals of all sequences hold together at 95 "
@@ -231,14 +230,14 @@ def table(result: Check, *, whole: bool = False) -> Table:
         n_labels=3,
         rows=[_row(row) for row in [*visible, *result.means]],
         ranks=[1, 2, 0, 3],
-        notes=_notes(result, whole=whole),
-        data=pd.DataFrame([_data(row) for row in result.changes]),
+        notes=_notes(result, with_identical=with_identical),
+        data=pd.DataFrame([_record(row) for row in result.changes]),
     )
 
 
 def _row(row: ScoreChange) -> list[Cell]:
     change = row.change
-    texts = [
+    values = [
         change.label,
         row.tracker,
         row.sequence,
@@ -248,15 +247,15 @@ def _row(row: ScoreChange) -> list[Cell]:
         f"{sum(row.same)} of {len(row.same)} runs",
     ]
     if change.interval is not None:
-        texts[5] += " [{:+.3f}, {:+.3f}]".format(*change.interval)
-    return [Cell(text) for text in texts]
+        values[5] += " [{:+.3f}, {:+.3f}]".format(*change.interval)
+    return [Cell(value) for value in values]
 
 
-def _notes(result: Check, *, whole: bool) -> list[str]:
+def _notes(result: Check, *, with_identical: bool) -> list[str]:
     identical = Counter(row.tracker for row in result.sequences if row.change.label == "identical")
     counts = "; ".join(f"{tracker}  {_counted(n)}" for tracker, n in identical.items())
-    notes = [f"identical  {counts}"] if counts and not whole else []
-    for tracker in result.baseline.entries:
+    notes = [f"identical  {counts}"] if counts and not with_identical else []
+    for tracker in result.baseline.scores:
         notes += _regressions(result, tracker)
     notes += [
         f"inconclusive: {row.tracker}, {row.sequence}: {row.change.reason}."
@@ -266,7 +265,7 @@ def _notes(result: Check, *, whole: bool) -> list[str]:
     notes += [
         f"{tracker} is not repeatable. Declare `randomness = Randomness.GENERATOR`, draw from "
         "`np.random.default_rng(self.seed)` only, and make the baseline again."
-        for tracker in result.baseline.entries
+        for tracker in result.baseline.scores
         if any(
             (row.tracker, row.change.reason) == (tracker, UNREPEATABLE) for row in result.sequences
         )
@@ -289,10 +288,10 @@ def _regressions(result: Check, tracker: str) -> list[str]:
     """Return one line per regression of a tracker."""
     rows = [row for row in result.sequences if row.tracker == tracker]
     names = [row.sequence for row in rows if row.change.label == "worse"]
-    places = [f"on {', '.join(names)}"] if names else []
+    where = [f"on {', '.join(names)}"] if names else []
     if any(row.tracker == tracker and row.change.label == "worse" for row in result.means):
-        places.append("in the mean")
-    lines = [f"REGRESSION: {tracker} is worse {' and '.join(places)}."] if places else []
+        where.append("in the mean")
+    lines = [f"REGRESSION: {tracker} is worse {' and '.join(where)}."] if where else []
     failed = [(row.sequence, *failure) for row in rows for failure in row.failures.items()]
     if failed:
         sequence, repetition, reason = failed[0]
@@ -309,8 +308,8 @@ def check_json(result: Check) -> dict[str, Any]:
         "verdict": result.verdict,
         "detectable_drop": result.baseline.detectable_drop,
         "same_environment": result.environment == result.baseline.environment,
-        "scores": [_data(row) for row in result.sequences],
-        "means": [_data(row) for row in result.means],
+        "scores": [_record(row) for row in result.sequences],
+        "means": [_record(row) for row in result.means],
     }
 
 
@@ -320,34 +319,39 @@ def check_junit(result: Check, times: Iterable[tuple[str, str, str]] = ()) -> st
     `times`: test cases of timed trackers: tracker, state and message.
     """
     cases: list[tuple[str, str, str, str]] = [
-        (row.tracker, row.sequence, "worse" if row.is_regression else row.change.label, _words(row))
+        (
+            row.tracker,
+            row.sequence,
+            "worse" if row.is_regression else row.change.label,
+            _message(row),
+        )
         for row in result.changes
     ]
-    cases += [(tracker, "time", state, words) for tracker, state, words in times]
-    kinds = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
+    cases += [(tracker, "time", state, message) for tracker, state, message in times]
+    elements = {"worse": "failure", "slower": "failure", "inconclusive": "skipped"}
     suite = ElementTree.Element("testsuite", name="trackmark check", tests=str(len(cases)))
-    for tracker, name, state, words in cases:
+    for tracker, name, state, message in cases:
         names = {"classname": to_xml(tracker), "name": to_xml(name)}
         case = ElementTree.SubElement(suite, "testcase", names)
-        if kind := kinds.get(state):
-            ElementTree.SubElement(case, kind, message=to_xml(words))
+        if element := elements.get(state):
+            ElementTree.SubElement(case, element, message=to_xml(message))
     suite.set("failures", str(len(suite.findall("*/failure"))))
     suite.set("skipped", str(len(suite.findall("*/skipped"))))
     return ElementTree.tostring(suite, encoding="unicode", xml_declaration=True) + "\n"
 
 
-def _words(row: ScoreChange) -> str:
+def _message(row: ScoreChange) -> str:
     """Return the message of a test case."""
     change = row.change
-    words = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
-    words += f"; {change.reason}" if change.reason else ""
+    message = f"mean overlap {row.before:.4f} -> {row.now:.4f} ({change.label})"
+    message += f"; {change.reason}" if change.reason else ""
     failures = [
         f"; repetition {repetition} failed: {reason}" for repetition, reason in row.failures.items()
     ]
-    return words + "".join(failures[:1])
+    return message + "".join(failures[:1])
 
 
-def _data(row: ScoreChange) -> dict[str, Any]:
+def _record(row: ScoreChange) -> dict[str, Any]:
     change = row.change
     low, high = change.interval or (change.mean, change.mean)
     return {

@@ -17,7 +17,7 @@ from trackmark import datasets, trackers
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import TurnError, time_interleaved
 from trackmark.bench.evaluation.timed_clips import Clip, Setup
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external import is_external
 from trackmark.bench.regression.baseline import Baseline, BaselineError
@@ -64,13 +64,13 @@ def check_speeds(
     with temporary_folder() as folder:
         # Extract all trackers first: a missing revision is then reported before any timing.
         specs_of_revision = {
-            label: _spec_of_revision(revision, _setup(baseline, label), Path(folder, str(number)))
-            for number, label in enumerate(labels)
+            label: _spec_of_revision(revision, _setup(baseline, label), Path(folder, str(index)))
+            for index, label in enumerate(labels)
         }
-        for number, (label, old) in enumerate(specs_of_revision.items()):
+        for index, (label, old) in enumerate(specs_of_revision.items()):
             deadline = monotonic()
-            deadline += (ends - deadline) / (len(labels) - number)
-            clips = _clips(baseline, label, Path(folder, f"clips-{number}"))
+            deadline += (ends - deadline) / (len(labels) - index)
+            clips = _clips(baseline, label, Path(folder, f"clips-{index}"))
             try:
                 setups = [old, _setup(baseline, label)]
                 sample = _sample(label, setups, clips, deadline, len(labels), report)
@@ -80,11 +80,11 @@ def check_speeds(
                 speed_changes[label] = SpeedChange("inconclusive", reason=reason)
             except _BudgetError as error:
                 if not speed_changes:
-                    least = ceil(error.seconds * len(labels))
+                    min_seconds = ceil(error.seconds * len(labels))
                     raise BaselineError(
                         f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
-                        f"take about {least} s. Use --budget {least + least // 5}s, or select "
-                        "trackers with --trackers."
+                        f"take about {min_seconds} s. Use --budget "
+                        f"{min_seconds + min_seconds // 5}s, or select trackers with --trackers."
                     ) from None
                 reason = f"--budget: its {MIN_SESSIONS} sessions take {error.seconds:.0f} s"
                 speed_changes[label] = SpeedChange("inconclusive", reason=reason)
@@ -144,7 +144,7 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     """Write the first frames of a tracker's sequences into a new folder."""
     folder.mkdir()
     _, options = split_text(baseline.specs[label])
-    sources = [entry.source for entry in baseline.entries[label].values()]
+    sources = [score.source for score in baseline.scores[label].values()]
     indices = np.linspace(0, len(sources) - 1, min(CLIPS, len(sources))).round().astype(int)
     clips = [
         clip
@@ -158,9 +158,9 @@ def _clips(baseline: Baseline, label: str, folder: Path) -> list[Clip]:
     return clips
 
 
-def _clip(source: SequenceSource, init: str, label: str, stem: Path) -> Clip | None:
+def _clip(source: SequenceSpec, init: str, label: str, stem: Path) -> Clip | None:
     """Write the first frames of a sequence; None if it has one frame."""
-    sequence = datasets.load(source.text, truth=source.truth)
+    sequence = datasets.load(source.spec, truth=source.truth)
     sequence.check_runnable()
     first = sequence.first_frame
     begin, stop = max(0, first - FRAMES), min(first + 1 + FRAMES, len(sequence))
@@ -188,21 +188,21 @@ def _spec_of_revision(revision: str, now: Setup, folder: Path) -> Setup:
     extracted. Raises `BaselineError` if the tracker is not in the revision.
     """
     name = now.name
-    place = in_file(name)
-    if is_external(name, now.options or {}) or (place is None and is_outside(name)):
+    location = in_file(name)
+    if is_external(name, now.options or {}) or (location is None and is_outside(name)):
         raise BaselineError(
             f"{name} cannot be taken from {revision}: it runs in a process of its own, or comes "
             "from an installed package. --revision takes trackers in files and of trackmark itself."
         )
-    if place is None:
+    if location is None:
         file, class_name = _PACKAGE / f"{name.replace('-', '_')}.py", ""
     else:
-        file, class_name = place[0].resolve(), place[1]
+        file, class_name = location[0].resolve(), location[1]
     options = ("--verify", "--end-of-options", f"{revision}^{{commit}}")
     commit = _git(file.parent, "rev-parse", *options)
     # git packs only the files of the folder in which it runs, with paths relative to it.
     packed = _git(file.parent, "archive", "--format=tar", commit.decode().strip())
-    target = folder / "trackers" if place is None else folder
+    target = folder / "trackers" if location is None else folder
     try:
         with tarfile.open(fileobj=io.BytesIO(packed)) as archive:
             archive.extractall(target, filter="data")
@@ -214,7 +214,7 @@ def _spec_of_revision(revision: str, now: Setup, folder: Path) -> Setup:
             f"{revision} has no {file.name} in {file.parent}. Commit it first (git add "
             f"{file.name}; git commit), or give a revision that contains it."
         )
-    if place is None:
+    if location is None:
         return replace(now, home=str(folder), revision=revision)
     name = f"{then}:{class_name}" if class_name else str(then)
     # The repository's packages are imported in their current version.
@@ -262,7 +262,7 @@ def _figures(speed_change: SpeedChange) -> tuple[str, str, str]:
     return (
         f"{speed_change.change:+.1%}",
         f"{speed_change.low:+.1%} to {speed_change.high:+.1%}",
-        str(speed_change.sessions),
+        str(speed_change.n_sessions),
     )
 
 
@@ -279,7 +279,7 @@ def speed_cases(speed_changes: Mapping[str, SpeedChange]) -> list[tuple[str, str
 
 
 def speed_data(speed_changes: Mapping[str, SpeedChange]) -> list[dict[str, Any]]:
-    """Return the entries of `--json`; only a tracker that was timed has numbers."""
+    """Return the fields of `--json`; only a tracker that was timed has numbers."""
     return [
         {"tracker": label, "decision": speed_change.decision, "reason": speed_change.reason}
         | ({} if speed_change.reason else asdict(speed_change))

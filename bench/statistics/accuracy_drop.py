@@ -21,7 +21,7 @@ from trackmark.bench.statistics.rules import (
     POWER,
     POWER_FACTOR,
     Decision,
-    are_equal,
+    are_all_equal,
     corrected_level,
     decide,
     in_words,
@@ -60,7 +60,7 @@ def decide_by_repetitions(
         return decision
     if interval.low > -detectable_drop:
         return replace(decision, label="not worse", reason="", needed=None)
-    if are_equal(differences):
+    if are_all_equal(differences):
         return replace(decision, label="inconclusive", needed=None)
     likely = mean_interval(differences, LIKELY)
     needed = _repetitions_needed(
@@ -79,7 +79,7 @@ def _repetitions_needed(
     """
     above, below = interval.high - mean, mean - interval.low
 
-    def number(drop: float) -> float:
+    def needed_for(drop: float) -> float:
         ratios = [above / drop] if drop > 0 else []
         ratios += [below / (detectable_drop - drop)] if drop < detectable_drop else []
         return max(n_repetitions + 1, ceil(n_repetitions * (POWER_FACTOR * min(ratios)) ** 2))
@@ -87,8 +87,8 @@ def _repetitions_needed(
     drops = [-likely.high, -mean, -likely.low]
     hardest = above / (above + below) * detectable_drop
     drops += [hardest] if drops[0] < hardest < drops[2] else []
-    numbers = [number(drop) for drop in drops]
-    return Interval(min(numbers), max(numbers))
+    needed = [needed_for(drop) for drop in drops]
+    return Interval(min(needed), max(needed))
 
 
 def missed_drops(

@@ -120,7 +120,7 @@ def decide(
         likely = mean_interval(values, LIKELY)
         needed = units_needed(mean, interval, likely, n, margin, enough)
         reason = f"interval contains 0; {in_words(needed, unit)}"
-    elif are_equal(values) and p_value(values, comparisons) > 1 - CONFIDENCE:
+    elif are_all_equal(values) and p_value(values, comparisons) > 1 - CONFIDENCE:
         reason = f"the same difference on all {n} {unit}, too few for {comparisons} comparisons"
     else:
         label = "better" if mean > 0 else "worse"
@@ -128,17 +128,17 @@ def decide(
 
 
 def interval_or_none(
-    values: ArrayLike, comparisons: int = 1, least: float = -inf, most: float = inf
+    values: ArrayLike, comparisons: int = 1, minimum: float = -inf, maximum: float = inf
 ) -> Interval | None:
     """Return the interval of a mean, or None for fewer than `MIN_UNITS` units.
 
-    `values`: finite, shape (n,), one per unit. `least`, `most`: range of the mean.
+    `values`: finite, shape (n,), one per unit. `minimum`, `maximum`: range of the mean.
     """
     units = np.asarray(values, np.float64)
     if len(units) < MIN_UNITS:
         return None
     low, high = mean_interval(units, corrected_level(comparisons))
-    return Interval(min(max(low, least), most), max(min(high, most), least))
+    return Interval(min(max(low, minimum), maximum), max(min(high, maximum), minimum))
 
 
 def corrected_level(comparisons: int) -> float:
@@ -146,7 +146,7 @@ def corrected_level(comparisons: int) -> float:
     return 1 - (1 - CONFIDENCE) / max(comparisons, 1)
 
 
-def are_equal(differences: ArrayLike) -> bool:
+def are_all_equal(differences: ArrayLike) -> bool:
     """Return whether all differences are equal within the rounding of stored scores."""
     return bool(np.ptp(np.asarray(differences, np.float64)) <= EQUAL)
 
@@ -154,12 +154,12 @@ def are_equal(differences: ArrayLike) -> bool:
 def p_value(differences: ArrayLike, comparisons: int = 1) -> float:
     """Return the smallest level at which the corrected interval still excludes 0.
 
-    If all n differences are equal (`are_equal`), it is 2^(1-n), the probability of n equal signs,
-    times the number of comparisons; it is 1 if they are equal to 0.
+    If all n differences are equal (`are_all_equal`), it is 2^(1-n), the probability of n equal
+    signs, times the number of comparisons; it is 1 if they are equal to 0.
     """
     values = np.asarray(differences, np.float64)
     mean = float(values.mean())
-    if are_equal(values):
+    if are_all_equal(values):
         return 1.0 if abs(mean) <= EQUAL else min(1.0, comparisons * 2.0 ** (1 - len(values)))
     if mean == 0:
         return 1.0
@@ -223,8 +223,8 @@ def units_needed(
     sizes = (likely.low, likely.high) if mean > 0 else (-likely.high, -likely.low)
     if sizes[0] <= MIN_RELATIVE_DIFFERENCE * size:
         return None
-    numbers = [_units_needed(value, half, n, margin, enough) for value in (*sizes, size)]
-    return Interval(min(numbers), max(numbers)) if isfinite(max(numbers)) else None
+    needed = [_units_needed(value, half, n, margin, enough) for value in (*sizes, size)]
+    return Interval(min(needed), max(needed)) if isfinite(max(needed)) else None
 
 
 def _units_needed(size: float, half: float, n: int, margin: float, enough: float) -> float:

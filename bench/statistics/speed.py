@@ -46,7 +46,7 @@ class SpeedChange:
     change: float = nan
     low: float = nan  # 95 % interval
     high: float = nan
-    sessions: int = 0
+    n_sessions: int = 0
     reason: str = ""  # reason why the tracker was not timed
 
 

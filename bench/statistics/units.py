@@ -21,10 +21,10 @@ _PLURALS = {"sequence": "sequences", "family": "families", "scene": "scenes"}
 class StatisticalUnits:
     """Grouping of sequences into units of intervals and decisions."""
 
-    kind: Unit
+    unit_kind: Unit
     labels: list[str]  # name of each unit, ordered by first occurrence
     members: list[NDArray[np.intp]]  # indices of the sequences of each unit
-    families: int  # number of families
+    n_families: int  # number of families
     declared: bool = False  # True: the user declared the families
 
     def __len__(self) -> int:
@@ -33,21 +33,21 @@ class StatisticalUnits:
 
     @property
     def plural(self) -> str:
-        """Plural of the kind: `families`."""
-        return _PLURALS[self.kind]
+        """Plural of the kind, such as `families`."""
+        return _PLURALS[self.unit_kind]
 
     @property
     def scope(self) -> str:
         """Population to which a decision applies: `for new scenes of these sequences only`."""
-        if self.kind != "scene":
+        if self.unit_kind != "scene":
             return f"for new {self.plural} of the same kind as these"
-        sequences = "these sequences" if self.families > 1 else "this sequence"
+        sequences = "these sequences" if self.n_families > 1 else "this sequence"
         return f"for new scenes of {sequences} only"
 
     @property
     def remedy(self) -> str:
         """Advice if there are too few families; empty for other units."""
-        if self.kind != "family" or self.declared or len(self) >= MIN_UNITS:
+        if self.unit_kind != "family" or self.declared or len(self) >= MIN_UNITS:
             return ""
         return "; use --unit scene for conclusions about new scenes of these sequences"
 
@@ -79,12 +79,12 @@ def units_of(
         return _declared_units(sequences, families)
     names = [name.partition(":")[0] for name in sequences]
     n_families = len(set(names))
-    kind: Unit
+    unit_kind: Unit
     if unit == "scene" or (n_families == 1 and len(sequences) > 1):
-        kind, keys = "scene", [_scene(name) for name in sequences]
+        unit_kind, keys = "scene", [_scene(name) for name in sequences]
     else:
-        kind, keys = "sequence" if n_families == len(sequences) else "family", names
-    return StatisticalUnits(kind, *_grouped(keys), n_families)
+        unit_kind, keys = "sequence" if n_families == len(sequences) else "family", names
+    return StatisticalUnits(unit_kind, *_grouped(keys), n_families)
 
 
 def _declared_units(sequences: Sequence[str], families: Mapping[str, str]) -> StatisticalUnits:

@@ -61,12 +61,14 @@ class Verdict:
         """Estimate with interval, unit and number of scenes; empty without an estimate."""
         if isnan(self.statistic):
             return ""
-        estimate = f"{self.estimate_name}: {self._numbers}" if self.estimate_name else self._numbers
+        estimate = (
+            f"{self.estimate_name}: {self._estimate}" if self.estimate_name else self._estimate
+        )
         counted = self.counted if self.n_units == 1 else f"{self.counted}s"
         return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.n_units} {counted}"
 
     @property
-    def _numbers(self) -> str:
+    def _estimate(self) -> str:
         """Estimate and interval, rounded to two digits of half the width of the interval."""
         width = self.interval.high - self.interval.low
         if isnan(width):
@@ -204,17 +206,19 @@ def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:
 
 
 def number(values: ArrayLike) -> Verdict:
-    """Report our value of a published number without judging: they come from different videos.
+    """Report our value of a published number without judging it.
+
+    The published number and ours come from different videos, so that neither supports a verdict.
 
     `values`: our numbers, one per scene, shape (n,).
     """
-    numbers = _finite(values)
-    interval = interval_or_none(numbers) or NO_INTERVAL
+    finite = _finite(values)
+    interval = interval_or_none(finite) or NO_INTERVAL
     reason = "numbers from different videos are printed, not judged"
-    return Verdict("not testable", _mean(numbers), interval, len(numbers), reason)
+    return Verdict("not testable", _mean(finite), interval, len(finite), reason)
 
 
-def conjunction(parts: Mapping[str, Judge]) -> Verdict:
+def conjunction(judges: Mapping[str, Judge]) -> Verdict:
     """Judge a claim with k parts, all of which must hold.
 
     The claim holds if all parts hold at 95 %. This needs no correction, because a false claim has
@@ -222,11 +226,11 @@ def conjunction(parts: Mapping[str, Judge]) -> Verdict:
     0.05 / k, because each part can fail by chance. The result contains the numbers of the first
     failing part, else of the first inconclusive part, else of the first part.
     """
-    k = len(parts)
-    verdicts = {name: judge(1) for name, judge in parts.items()}
+    k = len(judges)
+    verdicts = {name: judge(1) for name, judge in judges.items()}
     for name, verdict in verdicts.items():
         if verdict.verdict == "does not hold":
-            verdicts[name] = parts[name](k)
+            verdicts[name] = judges[name](k)
     failing = [name for name, part in verdicts.items() if part.verdict == "does not hold"]
     open_parts = [name for name, part in verdicts.items() if part.verdict != "holds"]
     name = (failing or open_parts or [*verdicts])[0]
@@ -246,18 +250,18 @@ def _beyond_limit(
     n: int,
     limit: float,
     counted: str,
-    least: int,
+    min_units: int,
     scale: Callable[[float], float] = float,
 ) -> Verdict:
-    """Judge whether the interval of at least `least` units is above a limit.
+    """Judge whether the interval of at least `min_units` units is above a limit.
 
     `likely`: interval at the level `LIKELY`, from which the number of needed units follows.
     `scale`: function that converts a value into the unit of the averaged numbers, such as a
     logarithm.
     """
     verdict: Outcome = "inconclusive"
-    if n < least:
-        reason = too_few(n, least, f"{counted}s")
+    if n < min_units:
+        reason = too_few(n, min_units, f"{counted}s")
     elif interval.low > limit:
         verdict, reason = "holds", f"interval above {limit:g}"
     elif interval.high < limit:

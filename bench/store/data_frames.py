@@ -4,17 +4,15 @@ from collections.abc import Iterable, Mapping
 from operator import itemgetter
 from typing import TYPE_CHECKING, Any
 
-from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.store.keys import RUN_KEY_COLUMNS, run_key
+from trackmark.bench.store.keys import RUN_KEY_COLUMNS, RunKey, run_key
 from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS
-from trackmark.bench.store.run_store import RequestedRuns
 
 if TYPE_CHECKING:
     import pandas as pd
 
 
 def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
-    """Convert rows of `scored_rows`, which may have further text fields, to a data frame."""
+    """Convert rows of `StoredRuns`, which may have further text fields, to a data frame."""
     import pandas as pd
 
     rows = list(rows)
@@ -38,20 +36,6 @@ def to_data_frame(rows: Iterable[Mapping[str, Any]]) -> "pd.DataFrame":
 _FIELDS = {*TEXT_FIELDS, *NUMBER_FIELDS, "scores"}
 
 
-def with_revised_scores(runs: "pd.DataFrame") -> "pd.DataFrame | None":
-    """Return the runs with the scores of their revised boxes; None if no run has revised boxes.
-
-    `runs` is a data frame of `Runs.scored`. Runs without revised boxes keep the scores of their
-    online boxes.
-    """
-    revised_names = [name for name in runs if str(name).startswith(REVISED)]
-    if not runs[revised_names].notna().any(axis=None):
-        return None
-    names = [str(name).removeprefix(REVISED) for name in revised_names]
-    revised = runs[revised_names].set_axis(names, axis=1)
-    return runs.assign(**revised.where(revised.notna(), runs[names]))
-
-
 def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     """Return rows in which each tracker and each sequence has runs of one version only.
 
@@ -73,7 +57,9 @@ def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     ]
 
 
-def with_missing(rows: Iterable[dict[str, Any]], requests: RequestedRuns) -> list[dict[str, Any]]:
+def with_missing(
+    rows: Iterable[dict[str, Any]], requested: Mapping[RunKey, str]
+) -> list[dict[str, Any]]:
     """Return rows of requested stored runs, of other stored runs, and of missing runs, in order.
 
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
@@ -81,11 +67,11 @@ def with_missing(rows: Iterable[dict[str, Any]], requests: RequestedRuns) -> lis
     """
     stored = {run_key(row): row for row in rows}
     ordered = []
-    for key, version in requests.versions.items():
+    for key, version in requested.items():
         if row := stored.get(key):
             ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-    ordered += [row for key, row in stored.items() if key not in requests.versions]
-    for key in requests.versions:
+    ordered += [row for key, row in stored.items() if key not in requested]
+    for key in requested:
         if key not in stored:
             fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
             ordered.append({**fields, "status": "missing", "failure": ""})

@@ -9,7 +9,7 @@ run. A deleted row is missing in the same way.
 import hashlib
 import sqlite3
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import closing, contextmanager
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
@@ -36,8 +36,9 @@ _TABLES = {
         "repetition INTEGER NOT NULL, protocol TEXT NOT NULL, "
         "version TEXT NOT NULL, fingerprint TEXT NOT NULL, "
         "status TEXT NOT NULL CHECK (status IN ('finished', 'failed')), failure TEXT NOT NULL, "
-        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, frame_seconds REAL, "
-        "identity TEXT NOT NULL, metadata TEXT NOT NULL, arrays BLOB NOT NULL",
+        "tracker_output TEXT NOT NULL, frames INTEGER NOT NULL, seconds REAL, "
+        "reading_seconds REAL, identity TEXT NOT NULL, metadata TEXT NOT NULL, "
+        "arrays BLOB NOT NULL",
         "UNIQUE (tracker, sequence, repetition, protocol)",
     ),
     # Scores can be computed again, after a change of their code also in another order than runs.
@@ -48,11 +49,16 @@ _TABLES = {
     ),
 }
 
-_STATEMENTS = [
+_TABLE_STATEMENTS = [
     f"CREATE TABLE {name} ("
     + ", ".join(filter(None, [columns, "sha256 BLOB NOT NULL", constraint]))
     + ") STRICT"
     for name, (columns, constraint) in _TABLES.items()
+]
+_CREATE = [
+    *_TABLE_STATEMENTS,
+    f"PRAGMA application_id = {APPLICATION_ID}",
+    f"PRAGMA user_version = {SCHEMA_VERSION}",
 ]
 
 
@@ -65,12 +71,6 @@ def _digest(values: Iterable[Any]) -> bytes:
     # Bytes are replaced by their digest, so that `repr` stays short.
     values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
     return hashlib.sha256(repr(values).encode("utf-8", "backslashreplace")).digest()
-
-
-def is_intact(row: sqlite3.Row) -> bool:
-    """Return whether a row matches the digest in its last column."""
-    *columns, sha256 = row
-    return bool(_digest(columns) == sha256)
 
 
 def _raise(error: DamagedError) -> None:
@@ -101,7 +101,8 @@ class Database:
         """
         # One by one: all rows of `run` together can be larger than the memory.
         for row in self._connection.execute(f"SELECT * FROM {table} WHERE {where}", values):
-            if is_intact(row):
+            *columns, sha256 = row
+            if _digest(columns) == sha256:
                 yield row
             else:
                 named = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
@@ -121,20 +122,12 @@ class Database:
         """Delete rows."""
         self._connection.execute(f"DELETE FROM {table} WHERE {where}", values)
 
-    def rebuild_indexes(self) -> None:
-        """Rebuild all indexes from their tables; raise `DamagedError` if other damage remains."""
-        self._connection.execute("REINDEX")
-        for error in self._structural_damage():
-            raise error
-
-    def _structural_damage(self) -> list[DamagedError]:
-        """Return an error for the first damage of the file's structure; none for a sound file."""
-        first = str(self.select("PRAGMA integrity_check(1)")[0][0])
-        return [] if first == "ok" else [self.damaged(first.replace("\n", " "))]
-
     def find_damage(self) -> list[str]:
-        """Return a message for each damage of the file's structure, and for each damaged row."""
-        errors: list[ResultsError] = [*self._structural_damage()]
+        """Return messages on the first damage of the file's structure and on each damaged row."""
+        first = str(self.select("PRAGMA integrity_check(1)")[0][0])
+        errors: list[ResultsError] = []
+        if first != "ok":
+            errors.append(self.damaged(first.replace("\n", " ")))
         for table in _TABLES:
             try:
                 for _ in self.rows(table, on_damage=errors.append):
@@ -146,16 +139,10 @@ class Database:
     def damaged(self, reason: str) -> DamagedError:
         """Return the error for damage of the file."""
         return DamagedError(
-            f"{self.path} is damaged: {reason}. Restore the file from a backup, or remove the "
-            "damaged runs (`trackmark results remove`) and run the same command again."
+            f"{self.path} is damaged: {reason}. Restore the file from a backup, remove the damaged "
+            "runs (`trackmark results remove`) and run the same command again, or copy the "
+            "undamaged ones to another folder (`trackmark results merge`)."
         )
-
-    def create(self) -> None:
-        """Create empty tables."""
-        for statement in _STATEMENTS:
-            self._connection.execute(statement)
-        self._connection.execute(f"PRAGMA application_id = {APPLICATION_ID}")
-        self._connection.execute(f"PRAGMA user_version = {SCHEMA_VERSION}")
 
 
 @contextmanager
@@ -169,30 +156,22 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
     read or written.
     """
     path = folder / FILE_NAME
-    connection = None
     try:
-        connection = _open(path, write=write)
-        database = _validated_database(path, connection)
-        if database is None:  # the file is new or empty
-            if not write:
-                connection.close()
-                connection = _in_memory()
+        with closing(_open(path, write=write)) as connection:
+            # IMMEDIATE waits for other writers before the first read. Otherwise, two transactions
+            # that have both read could wait for each other, and SQLite would abort one of them.
+            connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
             database = Database(path, connection)
-            database.create()
-        yield database
-        connection.execute("COMMIT")
+            _validate(database)
+            yield database
+            connection.execute("COMMIT")
     except (sqlite3.Error, UnicodeDecodeError) as error:  # in a message of SQLite
         raise _to_results_error(path, error) from error
-    finally:
-        if connection is not None:
-            connection.close()
 
 
 def _open(path: Path, *, write: bool) -> sqlite3.Connection:
-    """Open the file and begin a transaction."""
-    if not path.exists():
-        if not write:
-            return _in_memory()
+    """Open the file; reading a missing or new file opens an empty database in memory."""
+    if write:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -202,62 +181,45 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             ) from error
     # `rw` also opens write-protected files for reading. `immutable=1` must not be used: it ignores
     # the journal of an interrupted transaction and returns half of its changes.
-    mode = "rwc" if write else "rw"
-    connection = sqlite3.connect(
-        f"file:{quote(str(path.absolute()))}?mode={mode}",
-        uri=True,
-        timeout=_BUSY_SECONDS,
-        isolation_level=None,
-    )
+    uri = f"file:{quote(str(path.absolute()))}?mode={'rwc' if write else 'rw'}"
+    if not write and not (path.exists() and path.stat().st_size):
+        uri = ":memory:"
+    connection = sqlite3.connect(uri, uri=True, timeout=_BUSY_SECONDS, isolation_level=None)
     connection.row_factory = sqlite3.Row
     # A text that is not UTF-8 costs only its row, which then differs from its digest.
-    connection.text_factory = _decode
+    connection.text_factory = lambda text: text.decode("utf-8", "backslashreplace")
     connection.execute("PRAGMA foreign_keys = ON")
     # EXTRA also syncs the folder after the journal is deleted. Otherwise, the journal could
     # reappear after a power cut and undo a completed transaction. The journal mode is DELETE,
     # because WAL fails on network file systems and requires write access for reading.
     connection.execute("PRAGMA synchronous = EXTRA")
-    # IMMEDIATE waits for other writers before the first read. Otherwise, two transactions that have
-    # both read could wait for each other, and SQLite would abort one of them.
-    connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
     return connection
 
 
-def _in_memory() -> sqlite3.Connection:
-    connection = sqlite3.connect(":memory:", isolation_level=None)
-    connection.row_factory = sqlite3.Row
-    connection.execute("BEGIN")
-    return connection
-
-
-def _validated_database(path: Path, connection: sqlite3.Connection) -> Database | None:
-    """Return the database, or None if the file is empty; raise `ResultsError` if it is foreign."""
-    application = connection.execute("PRAGMA application_id").fetchone()[0]
-    version = connection.execute("PRAGMA user_version").fetchone()[0]
-    tables = connection.execute("SELECT count(*) FROM sqlite_schema").fetchone()[0]
-    if not (application or version or tables or (path.exists() and path.stat().st_size)):
-        return None
+def _validate(database: Database) -> None:
+    """Create the tables of a new file; raise `ResultsError` for a file that is not trackmark's."""
+    file = database.select("PRAGMA database_list")[0]["file"]  # empty in memory
+    if not (file and Path(file).stat().st_size):
+        for statement in _CREATE:
+            database.select(statement)
+        return
+    ((application,),) = database.select("PRAGMA application_id")
+    ((version,),) = database.select("PRAGMA user_version")
+    tables = {row[0] for row in database.select("SELECT sql FROM sqlite_schema")}
     if application != APPLICATION_ID:
         raise DamagedError(
-            f"{path} is damaged or not a file of trackmark: its application id is "
+            f"{database.path} is damaged or not a file of trackmark: its application id is "
             f"{application:#x}, expected {APPLICATION_ID:#x}. Move the file elsewhere, or restore "
             "it from a backup."
         )
     if version != SCHEMA_VERSION:
         raise ResultsError(
-            f"{path} has the schema version {version}; this version of trackmark reads "
+            f"{database.path} has the schema version {version}; this version of trackmark reads "
             f"{SCHEMA_VERSION}. Read it with the version of trackmark that wrote it, or store new "
             "runs in another folder."
         )
-    database = Database(path, connection)
-    tables = connection.execute("SELECT sql FROM sqlite_schema WHERE type = 'table'").fetchall()
-    if not {row[0] for row in tables} >= set(_STATEMENTS):
+    if not tables >= set(_TABLE_STATEMENTS):
         raise database.damaged("its tables do not have the expected columns")
-    return database
-
-
-def _decode(text: bytes) -> str:
-    return text.decode("utf-8", "backslashreplace")
 
 
 def _to_results_error(path: Path, error: Exception) -> ResultsError:

@@ -14,9 +14,9 @@ from trackmark.bench.store.keys import (
     refuse_empty_file,
     run_key,
 )
-from trackmark.bench.store.run_rows import list_runs, scored_rows
+from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import MissingTruthError, read_truth_row
+from trackmark.bench.store.truth import MissingTruthError, pack_truth
 
 _WITHOUT_TRUTH = """
     SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
@@ -83,17 +83,6 @@ def find_damage(folder: Path) -> list[str]:
     ]
 
 
-def repair_indexes(folder: Path) -> None:
-    """Rebuild the indexes of a file from its tables; indexes hold no data of their own.
-
-    Raises `ResultsError` if the file cannot be read or written, or if it has other damage. Nothing
-    is changed then.
-    """
-    refuse_empty_file(folder)
-    with open_database(folder, write=True) as database:
-        database.rebuild_indexes()
-
-
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     """Copy runs of experiments into an experiment.
 
@@ -105,19 +94,17 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
-    target_results = RunStore(target)
-    present = list_runs(target_results)
+    store, stored = RunStore(target), StoredRuns.read(target, keeps_runs=False)
+    present, requests = stored.rows, stored.requests
     target_runs = {run_key(row): (row["version"], row["status"], target) for row in present}
     data_by_name = origins_by_name(present)
     tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
-    requests = target_results.requested_runs()
-    missing: dict[RunKey, tuple[RunStore, dict[str, Any]]] = {}
+    missing: dict[RunKey, tuple[StoredRuns, tuple[str, str]]] = {}
     conflicts: list[str] = []
     for folder in [path for source in sources for path in experiment_folders(source)]:
-        results = RunStore(folder)
-        requests = results.requested_runs().merged_with(requests)
-        rows = list_runs(results)
-        for name, data in origins_by_name(rows).items():
+        stored = StoredRuns.read(folder)
+        requests = stored.requests.merged_with(requests)
+        for name, data in origins_by_name(stored.rows).items():
             others = data_by_name.setdefault(name, set())
             conflicts += [
                 f"{name} is {recorded} in {folder}, and {different} in another folder"
@@ -125,7 +112,7 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                 if (different := find_other_origin(recorded, others))
             ]
             others |= data
-        for row in rows:
+        for row in stored.rows:
             key, origin = run_key(row), (row["tracker_version"], folder)
             version, other = tracker_versions.setdefault(row["tracker"], origin)
             if key not in target_runs and other != folder and version != row["tracker_version"]:
@@ -141,20 +128,17 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                 if status == "finished" or row["status"] == "failed":
                     continue
             target_runs[key] = (row["version"], row["status"], folder)
-            missing[key] = results, row
+            missing[key] = stored, (row["sequence"], row["fingerprint"])
     if conflicts:
         return 0, conflicts
-    target_results.add_requests(requests)
+    store.add_requests(requests)
     keys = list(missing)
     for begin in range(0, len(keys), _BATCH):
-        batch = keys[begin : begin + _BATCH]
-        truths = {
-            (row["sequence"], row["fingerprint"]): results.folder
-            for results, row in (missing[key] for key in batch)
-        }
-        target_results.add_all(
-            ((missing[key][0].read(key), "") for key in batch),
-            [read_truth_row(folder, *truth) for truth, folder in truths.items()],
+        batch = {key: missing[key] for key in keys[begin : begin + _BATCH]}
+        truths = {truth: stored.truth(*truth) for stored, truth in batch.values()}
+        store.add_all(
+            [(stored.run(key), "") for key, (stored, _) in batch.items()],
+            [pack_truth(fingerprint, truth) for (_, fingerprint), truth in truths.items()],
         )
-    scored_rows(target_results)
+    StoredRuns.read(target).scored_rows(lambda *_: None)
     return len(missing), []

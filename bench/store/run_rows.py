@@ -6,23 +6,26 @@ from contextlib import suppress
 from functools import cache
 from math import isfinite
 from pathlib import Path
+from sqlite3 import Row
 from typing import Any
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.evaluation.scoring import can_score, score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.times import TIME_FIELDS
-from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.database import DamagedError, open_database
+from trackmark.bench.store.keys import ResultsError, RunKey, run_key
 from trackmark.bench.store.run_store import (
+    RemovedError,
     RequestedRuns,
     RunStore,
+    decoded_run,
     identity_of,
     read_requests,
     sort_key,
     warn_of_damage,
 )
-from trackmark.bench.store.truth import MissingTruthError
+from trackmark.bench.store.truth import MissingTruthError, StoredTruth, read_truth, unpack_truth
 from trackmark.datasets.source_digest import tree_digest
 
 TEXT_FIELDS = (
@@ -34,73 +37,141 @@ TEXT_FIELDS = (
 
 _METADATA_TEXTS = ("source", "truth", "date", "clock", "machine", "time_note")
 
-NUMBER_FIELDS = ("repetition", "frames", "seconds", "frame_seconds", *TIME_FIELDS)
+NUMBER_FIELDS = ("repetition", "frames", "seconds", "reading_seconds", *TIME_FIELDS)
 """Names of the number fields of a row."""
 
-BATCH = 200
-"""Number of runs that are read in one transaction, which limits the memory."""
+MAX_KEPT = 1 << 30
+"""Maximum size of the packed arrays of runs that stay in memory after they were read [bytes]."""
+
+_BATCH = 1000  # runs whose scores are stored in one transaction
 
 
-def list_runs(results: RunStore) -> list[dict[str, Any]]:
-    """Return one row, without scores, per finished or failed run, in order.
+class StoredRuns:
+    """Content of a results folder, read in one transaction.
 
-    The keys are `TEXT_FIELDS` and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on
-    tracker, parameters and sequence; `tracker_version` depends on the tracker's code and libraries.
-    `source` and `truth` are the paths from which the sequence was opened. `seconds` is the wall
-    time of all calls of the tracker, and `frame_seconds` the mean time to decode or render a frame
-    [s]. `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
-    the clock of these times, and `machine` the machine on which they were measured. `date` is the
-    date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the global
-    random generators from which the tracker has drawn.
+    The whole content is read in any case, because digests are compared. Runs therefore stay in
+    memory, packed, and are unpacked when they are used. Those that exceed `MAX_KEPT` are read again
+    then.
 
-    Damaged runs, and runs whose ground truth is damaged or missing, are left out, with a warning on
-    standard error.
+    Attributes
+    ----------
+    folder : Path or None
+        Results folder; None for runs in memory.
+    rows : list of dict
+        One row, without scores, per finished or failed run, in order. The keys are `TEXT_FIELDS`
+        and `NUMBER_FIELDS`. `parameters` is JSON. `version` depends on tracker, parameters and
+        sequence; `tracker_version` depends on the tracker's code and libraries. `source` and
+        `truth` are the paths from which the sequence was opened. `seconds` is the wall time of all
+        calls of the tracker, and `reading_seconds` the mean time to decode or render an image
+        [s].
+        `bench.metrics.times.time_fields` describes the times per frame and `time_note`. `clock` is
+        the clock of these times, and `machine` the machine on which they were measured. `date` is
+        the date and time (UTC, ISO 8601) at which the run was stored first. `generators` are the
+        global random generators from which the tracker has drawn. Damaged runs, and runs whose
+        ground truth is damaged or missing, are left out, with a warning on standard error.
     """
-    with open_database(results.folder) as database:
-        return [row for _, row in _read_rows(database)]
+
+    def __init__(self, folder: Path | None = None) -> None:
+        self.folder = folder
+        self.rows: list[dict[str, Any]] = []
+        self.requests = RequestedRuns("", {})
+        self.runs: dict[RunKey, Run | Row] = {}
+        self.truths: dict[tuple[str, str], StoredTruth | Row] = {}
+        self.scores: dict[RunKey, dict[str, float]] = {}
+
+    @classmethod
+    def read(cls, folder: Path, *, keeps_runs: bool = True) -> "StoredRuns":
+        """Read a results folder, or only its rows; raise `ResultsError` if the file is damaged."""
+        stored, room = cls(folder), MAX_KEPT if keeps_runs else 0
+        shared: dict[str, dict[str, Any]] = {}
+        with open_database(folder) as database:
+            stored.requests = read_requests(database)
+            named = {
+                tuple(row) for row in database.select("SELECT sequence, fingerprint FROM truth")
+            }
+            rows = database.rows("truth", on_damage=warn_of_damage)
+            stored.truths = {(row["sequence"], row["fingerprint"]): row for row in rows}
+            # Damaged scores are computed again.
+            scored = database.rows("score", "scorer = ?", _scorer_version(), on_damage=_ignore)
+            scores = {row["run"]: row["scores"] for row in scored}
+            for row in database.rows("run", on_damage=warn_of_damage):
+                truth = row["sequence"], row["fingerprint"]
+                if truth not in stored.truths:
+                    if truth not in named:
+                        warn_of_damage(MissingTruthError(database.path, *truth))
+                    continue
+                version, key = row["version"], run_key(row)
+                if version not in shared:
+                    shared[version] = _identity_fields(identity_of(row))
+                ended = row["status"], row["failure"], row["repetition"], row["frames"]
+                fields = _fields(json.loads(row["metadata"]), *ended)
+                stored.rows.append(shared[version] | fields)
+                if row["id"] in scores:
+                    stored.scores[key] = json.loads(scores[row["id"]])
+                room -= len(row["arrays"])
+                if room >= 0:
+                    stored.runs[key] = row
+        stored.rows.sort(key=lambda row: sort_key(run_key(row)))
+        return stored
+
+    def run(self, key: RunKey) -> Run:
+        """Return a run by its whole key.
+
+        Raises `ResultsError`, which names the file, if a run that must be read again is damaged or
+        was removed.
+        """
+        run = self.runs.get(key)
+        if run is None:
+            if self.folder is None:
+                raise KeyError(key)
+            return RunStore(self.folder).read(key)
+        return run if isinstance(run, Run) else decoded_run(run)
+
+    def truth(self, sequence: str, fingerprint: str) -> StoredTruth:
+        """Return a ground truth; raise `ResultsError` if it is missing or damaged."""
+        key = sequence, fingerprint
+        truth = self.truths.get(key)
+        if truth is None:
+            if self.folder is None:
+                raise KeyError(key)
+            truth = read_truth(self.folder, *key)
+        elif isinstance(truth, Row):
+            truth = unpack_truth(truth)
+        self.truths[key] = truth
+        return truth
+
+    def scored_rows(self, progress: Callable[[int, int], None]) -> list[dict[str, Any]]:
+        """Return the rows, each with a dict `scores`; store scores that were not stored.
+
+        `progress` is called with the number of runs scored so far, and the number of runs to score.
+        For the scores, see `bench.evaluation.score_both`.
+        """
+        unscored = [row for row in self.rows if run_key(row) not in self.scores]
+        removed = set()
+        for begin in range(0, len(unscored), _BATCH):
+            scored = []
+            for done, row in enumerate(unscored[begin : begin + _BATCH], begin + 1):
+                key = run_key(row)
+                try:
+                    run = self.run(key)
+                except (DamagedError, RemovedError) as error:  # after the rows were read
+                    warn_of_damage(error)
+                    removed.add(key)
+                    continue
+                self.scores[key] = _scores(run, self.truth(row["sequence"], row["fingerprint"]))
+                scored.append({**row, "scores": self.scores[key]})
+                progress(done, len(unscored))
+            if self.folder is not None:
+                # In a read-only folder, every reader computes the scores.
+                with suppress(ResultsError):
+                    store_scores(self.folder, scored)
+        keyed = ((run_key(row), row) for row in self.rows)
+        return [{**row, "scores": self.scores[key]} for key, row in keyed if key not in removed]
 
 
-def scored_rows(
-    results: RunStore, progress: Callable[[int, int], None] = lambda *_: None
-) -> list[dict[str, Any]]:
-    """Return the rows of `list_runs`, each with a dict `scores`; see `bench.evaluation.score_both`.
-
-    `progress` is called with the number of runs scored so far, and the number of runs to score.
-
-    Damaged runs and other damage are handled as in `list_runs`.
-    """
-    return scored_rows_and_requests(results, progress)[0]
-
-
-def scored_rows_and_requests(
-    results: RunStore, progress: Callable[[int, int], None]
-) -> tuple[list[dict[str, Any]], RequestedRuns]:
-    """Return the rows of `scored_rows` and the requested runs, from one transaction."""
-    with open_database(results.folder) as database:
-        rows, requests = dict(_read_rows(database)), read_requests(database)
-        # Damaged scores are computed again.
-        for score in database.rows("score", "scorer = ?", _scorer_version(), on_damage=_ignore):
-            if score["run"] in rows:
-                rows[score["run"]]["scores"] = json.loads(score["scores"])
-    unscored = [number for number, row in rows.items() if "scores" not in row]
-    for begin in range(0, len(unscored), BATCH):
-        numbers, scored = unscored[begin : begin + BATCH], []
-        keys = [(rows[number]["sequence"], rows[number]["fingerprint"]) for number in numbers]
-        # Another process can remove or damage runs after their rows were read.
-        run_keys = [run_key(rows[number]) for number in numbers]
-        runs, truths = results.read_all(run_keys, {*keys}, on_damage=warn_of_damage)
-        for done, (number, key) in enumerate(zip(numbers, keys, strict=True), begin + 1):
-            row = rows[number]
-            run, truth = runs.pop(run_key(row), None), truths.get(key)
-            if run is None or truth is None:
-                del rows[number]
-                continue
-            row["scores"] = _scores(run, truth)
-            scored.append(row)
-            progress(done, len(unscored))
-        with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
-            store_scores(results, scored)
-    return list(rows.values()), requests
+def list_runs(store: RunStore) -> list[dict[str, Any]]:
+    """Return the rows of a results folder, without scores; see `StoredRuns.rows`."""
+    return StoredRuns.read(store.folder, keeps_runs=False).rows
 
 
 def run_row(run: Run, truth: Any) -> dict[str, Any]:
@@ -110,14 +181,14 @@ def run_row(run: Run, truth: Any) -> dict[str, Any]:
     return {**_identity_fields(run.identity), **fields, "scores": _scores(run, truth)}
 
 
-def store_scores(results: RunStore, rows: Iterable[Mapping[str, Any]]) -> None:
+def store_scores(folder: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """Store the scores of rows, unless their runs were replaced or removed in the meantime.
 
     Raises `ResultsError` if they cannot be written.
     """
     key = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
     query = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
-    with open_database(results.folder, write=True) as database:
+    with open_database(folder, write=True) as database:
         for row in rows:
             values = (*run_key(row), row["version"], row["status"])
             for (run_id,) in database.select(query, *values):
@@ -133,27 +204,6 @@ def json_row(row: Mapping[str, Any]) -> dict[str, Any]:
 
 def _ignore(error: DamagedError) -> None:
     pass
-
-
-def _read_rows(database: Database) -> list[tuple[int, dict[str, Any]]]:
-    """Return the database id and the row of each undamaged run with ground truth, in order."""
-    damaged = database.select("SELECT sequence, fingerprint FROM truth")
-    truths = {row[:2] for row in database.rows("truth", on_damage=warn_of_damage)}
-    is_damaged = {row[:2] for row in damaged} - truths
-    shared: dict[str, dict[str, Any]] = {}
-    rows = []
-    for row in database.rows("run", on_damage=warn_of_damage):
-        truth = row["sequence"], row["fingerprint"]
-        if truth not in truths:
-            if truth not in is_damaged:
-                warn_of_damage(MissingTruthError(database.path, *truth))
-            continue
-        version = row["version"]
-        if version not in shared:
-            shared[version] = _identity_fields(identity_of(row))
-        ended = row["status"], row["failure"], row["repetition"], row["frames"]
-        rows.append((row["id"], shared[version] | _fields(json.loads(row["metadata"]), *ended)))
-    return sorted(rows, key=lambda numbered: sort_key(run_key(numbered[1])))
 
 
 def _fields(

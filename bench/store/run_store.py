@@ -2,36 +2,26 @@
 
 import json
 import logging
-import platform
-import socket
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from dataclasses import asdict, dataclass, replace
-from datetime import UTC, datetime
 from functools import cache
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, run_key
+from trackmark.bench.store.keys import FILE_NAME, RUN_KEY_COLUMNS, ResultsError, RunKey, run_key
 from trackmark.bench.store.packing import pack, select_group, unpack
-from trackmark.bench.store.truth import (
-    StoredTruth,
-    TruthRow,
-    put_truth,
-    truth_row,
-    unpack_truth,
-)
-from trackmark.datasets.source_digest import library_versions
+from trackmark.bench.store.truth import TruthRow, put_truth
 
 MAX_RUNS = 1_000_000
 """Maximum number of requested runs of an experiment."""
@@ -65,7 +55,10 @@ class RequestedRuns:
 
 
 def read_requests(database: Database) -> RequestedRuns:
-    """Return the requested runs; see `RunStore.requested_runs`."""
+    """Return the requested runs; empty for a new folder.
+
+    If the list is damaged or lost, a warning is logged, and it is empty.
+    """
     errors: list[DamagedError] = []
     rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
     for row in rows:
@@ -122,15 +115,6 @@ class RunStore:
             if merged != present or [*merged.versions] != [*present.versions]:
                 _write_requests(database, merged)
 
-    def requested_runs(self) -> RequestedRuns:
-        """Return the requested runs; empty for a new folder.
-
-        If the list is damaged or lost, a warning is logged, and it is empty. Raises `ResultsError`
-        if the whole file is damaged.
-        """
-        with open_database(self.folder) as database:
-            return read_requests(database)
-
     def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs (also of damaged ones), in order."""
         with open_database(self.folder) as database:
@@ -186,38 +170,8 @@ class RunStore:
         Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
-            return self._read(database, key)
-
-    def read_all(
-        self,
-        keys: Iterable[RunKey],
-        truths: Iterable[tuple[str, str]],
-        on_damage: Callable[[ResultsError], None],
-    ) -> tuple[dict[RunKey, Run], dict[tuple[str, str], StoredTruth]]:
-        """Return runs, and ground truths by name and fingerprint, from one transaction.
-
-        `on_damage` is called with an error for each run and ground truth that is damaged or
-        missing. These are left out.
-        """
-        runs: dict[RunKey, Run] = {}
-        truths_by_key: dict[tuple[str, str], StoredTruth] = {}
-        with open_database(self.folder) as database:
-            for key in keys:
-                try:
-                    runs[key] = self._read(database, key)
-                except (DamagedError, RemovedError) as error:
-                    on_damage(error)
-            for name, fingerprint in truths:
-                try:
-                    row = truth_row(database, name, fingerprint)
-                    truths_by_key[name, fingerprint] = unpack_truth(row)
-                except DamagedError as error:
-                    on_damage(error)
-        return runs, truths_by_key
-
-    def _read(self, database: Database, key: RunKey) -> Run:
-        for row in database.rows("run", _KEY, *key):
-            return _decoded_run(row)
+            for row in database.rows("run", _KEY, *key):
+                return decoded_run(row)
         raise RemovedError(
             f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."
@@ -230,60 +184,28 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-class _EncodedRun(NamedTuple):
-    """Columns of the table `run`, but for the id and the digest."""
-
-    tracker: str
-    sequence: str
-    repetition: int
-    protocol: str
-    version: str
-    fingerprint: str
-    status: str
-    failure: str
-    tracker_output: str
-    frames: int
-    seconds: float | None
-    frame_seconds: float | None
-    identity: str  # JSON of `Identity` without the repetition
-    metadata: str  # JSON
-    arrays: bytes  # packed
-
-
-def _encoded_run(run: Run) -> _EncodedRun:
+def _encoded_run(run: Run) -> dict[str, Any]:
+    """Return the columns of the table `run` in their order, but for the id and the digest."""
     arrays = run_columns(run)
     if run.revised is not None:
         arrays["revised"] = run.revised.T
     for frame, named in run.arrays.items():
         arrays |= {f"requested/{frame}/{name}": array for name, array in named.items()}
     identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
-    return _EncodedRun(
-        *run_key(run.identity),
-        version=run.identity.version,
-        fingerprint=run.identity.fingerprint,
-        status=run.status,
-        failure=_text(run.failure),
-        tracker_output=_text(run.tracker_output),
-        frames=len(run.boxes),
-        seconds=_seconds(run.metadata.get("seconds")),
-        frame_seconds=_seconds(run.metadata.get("frame_seconds")),
-        identity=json.dumps(identity),
-        metadata=json.dumps(with_metadata(run).metadata),
-        arrays=pack(arrays),
-    )
-
-
-def with_metadata(run: Run) -> Run:
-    """Return the run with date, machine and libraries, unless it has them already."""
-    metadata = {
-        "date": datetime.now(UTC).isoformat(timespec="microseconds"),
-        "host": socket.gethostname(),
-        "platform": platform.platform(),
-        "python": platform.python_version(),
-        "libraries": _libraries(),
-        **run.metadata,
+    return {
+        **dict(zip(RUN_KEY_COLUMNS, run_key(run.identity), strict=True)),
+        "version": run.identity.version,
+        "fingerprint": run.identity.fingerprint,
+        "status": run.status,
+        "failure": _text(run.failure),
+        "tracker_output": _text(run.tracker_output),
+        "frames": len(run.boxes),
+        "seconds": _seconds(run.metadata.get("seconds")),
+        "reading_seconds": _seconds(run.metadata.get("reading_seconds")),
+        "identity": json.dumps(identity),  # without the repetition
+        "metadata": json.dumps(with_metadata(run).metadata),
+        "arrays": pack(arrays),
     }
-    return replace(run, metadata=metadata)
 
 
 def _text(text: str) -> str:
@@ -312,11 +234,11 @@ def run_columns(run: Run) -> dict[str, NDArray[Any]]:
     return columns
 
 
-def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
-    key, failed = run[:4], run.status == "failed"
+def _add(database: Database, run: Mapping[str, Any], replaced_version: str) -> bool:
+    key, failed = run_key(run), run["status"] == "failed"
     # A damaged run counts as missing and is replaced.
     for existing in database.rows("run", _KEY, *key, on_damage=lambda _: None):
-        if existing["version"] == run.version:
+        if existing["version"] == run["version"]:
             # A finished run always replaces a failed one. It is itself replaced only by a timing
             # run that other load disturbed less.
             if existing["status"] != "failed" and (failed or not _is_quieter(run, existing)):
@@ -328,23 +250,17 @@ def _add(database: Database, run: _EncodedRun, replaced_version: str) -> bool:
     database.delete("run", _KEY, *key)
     ((run_id,),) = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")
     database.delete("score", "run = ?", run_id)  # of a lost row that had the same id
-    database.insert("run", [(run_id, *run)])
+    database.insert("run", [(run_id, *run.values())])
     return True
 
 
-def _is_quieter(run: _EncodedRun, existing: Row) -> bool:
+def _is_quieter(run: Mapping[str, Any], existing: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
     new, old = (
         json.loads(text).get("run_delay_share", 0.0)
-        for text in (run.metadata, existing["metadata"])
+        for text in (run["metadata"], existing["metadata"])
     )
-    return run.protocol == TIMING and new < old
-
-
-@cache
-def _libraries() -> dict[str, str]:
-    """Return the versions of the libraries that can influence pixels and boxes, by their name."""
-    return library_versions({"av", "cv2", "numba", "numpy", "scipy"})
+    return bool(run["protocol"] == TIMING and new < old)
 
 
 def identity_of(row: Row) -> Identity:
@@ -352,7 +268,8 @@ def identity_of(row: Row) -> Identity:
     return Identity(**json.loads(row["identity"]), repetition=row["repetition"])
 
 
-def _decoded_run(row: Row) -> Run:
+def decoded_run(row: Row) -> Run:
+    """Return the run in a row of the table `run`."""
     columns = unpack(row["arrays"])
     segmentation = select_group(columns, "segmentation")
     measured = select_group(columns, "times")

@@ -15,15 +15,8 @@ from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.data_frames import to_data_frame, with_missing, with_one_version
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, refuse_empty_file, run_key
-from trackmark.bench.store.run_rows import (
-    BATCH,
-    NUMBER_FIELDS,
-    TEXT_FIELDS,
-    run_row,
-    scored_rows_and_requests,
-)
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import StoredTruth, read_truth
+from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, StoredRuns, run_row
+from trackmark.bench.store.truth import StoredTruth
 from trackmark.datasets import SequenceError
 
 if TYPE_CHECKING:
@@ -37,9 +30,6 @@ DEFAULT_METRICS = "native"
 NOT_SCORED = "not scored"
 """Status of finished runs that metrics cannot score."""
 
-MAX_CACHE = 1 << 30
-"""Maximum size of the stored runs that are kept in memory after they were read [bytes]."""
-
 
 class RunWithTruth(NamedTuple):
     """Run with its row in the table of all runs and the ground truth of its sequence."""
@@ -47,61 +37,6 @@ class RunWithTruth(NamedTuple):
     row: Mapping[Any, Any]
     run: Run
     truth: StoredTruth
-
-
-class RunSource:
-    """Runs and ground truths by key. Those in `runs.db` are read when they are first needed."""
-
-    def __init__(self, folder: Path | None = None) -> None:
-        self.folder = folder
-        self.runs: dict[RunKey, Run] = {}
-        self.truths: dict[tuple[str, str], StoredTruth] = {}
-        self._free_bytes = MAX_CACHE
-
-    def load(self, keys: Iterable[RunKey], truths: Iterable[tuple[str, str]]) -> dict[RunKey, Run]:
-        """Return the intact ones of some runs, after reading those that are not in memory at once.
-
-        Ground truths are read with them. `run` and `truth` give the error for damaged ones.
-        """
-        keys = list(keys)
-        absent = [key for key in keys if key not in self.runs]
-        absent_truths = {*truths} - self.truths.keys()
-        read: dict[RunKey, Run] = {}
-        if self.folder is not None and (absent or absent_truths):
-            read, read_truths = RunStore(self.folder).read_all(
-                absent, absent_truths, on_damage=lambda _: None
-            )
-            self.truths |= read_truths
-            for key, run in read.items():
-                self._keep(key, run)
-        return {key: self.runs[key] for key in keys if key in self.runs} | read
-
-    def run(self, key: RunKey) -> Run:
-        """Return a run; raise `ResultsError` if it is damaged or was removed."""
-        if key in self.runs:
-            return self.runs[key]
-        if self.folder is None:
-            raise KeyError(key)
-        run = RunStore(self.folder).read(key)
-        self._keep(key, run)
-        return run
-
-    def _keep(self, key: RunKey, run: Run) -> None:
-        """Keep a run in memory if there is space."""
-        arrays = [array for named in run.arrays.values() for array in named.values()]
-        arrays += [run.boxes] * 3 + list(run.details.values())  # 3: estimate for the other columns
-        if (size := sum(array.nbytes for array in arrays)) <= self._free_bytes:
-            self._free_bytes -= size
-            self.runs[key] = run
-
-    def truth(self, sequence: str, fingerprint: str) -> StoredTruth:
-        """Return a ground truth; raise `ResultsError` if it is missing or damaged."""
-        key = sequence, fingerprint
-        if key not in self.truths:
-            if self.folder is None:
-                raise KeyError(key)
-            self.truths[key] = read_truth(self.folder, *key)
-        return self.truths[key]
 
 
 class Runs(Mapping[RunName, Run]):
@@ -132,7 +67,7 @@ class Runs(Mapping[RunName, Run]):
         self,
         rows: Iterable[dict[str, Any]],
         requested: Mapping[RunKey, str],
-        source: RunSource,
+        source: StoredRuns,
         title: str = "",
         trackers: Collection[str] | None = None,
     ) -> None:
@@ -153,28 +88,27 @@ class Runs(Mapping[RunName, Run]):
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
         refuse_empty_file(folder)
-        rows, requests = scored_rows_and_requests(RunStore(folder), progress)
-        title = requests.title or folder.absolute().name
-        return cls(rows, requests.versions, RunSource(folder), title)
+        stored = StoredRuns.read(folder)
+        title = stored.requests.title or folder.absolute().name
+        return cls(stored.scored_rows(progress), stored.requests.versions, stored, title)
 
     @classmethod
     def in_memory(
         cls, runs: Iterable[Run], truths: Mapping[tuple[str, str], StoredTruth], title: str = ""
     ) -> Self:
         """Return runs in memory; `truths` has ground truths by name and fingerprint of sequence."""
-        source = RunSource()
+        source, runs = StoredRuns(), list(runs)
         source.truths |= truths
-        source.runs = {run_key(run.identity): run for run in runs}
-        versions = {key: run.identity.version for key, run in source.runs.items()}
+        source.runs |= {run_key(run.identity): run for run in runs}
+        versions = {run_key(run.identity): run.identity.version for run in runs}
         rows = [
-            run_row(run, source.truth(run.identity.sequence, run.identity.fingerprint))
-            for run in source.runs.values()
+            run_row(run, truths[run.identity.sequence, run.identity.fingerprint]) for run in runs
         ]
         return cls(rows, versions, source, title)
 
     def __add__(self, others: "Runs") -> Self:
         """Return these runs and others, which take precedence."""
-        source = RunSource(self.folder)
+        source = StoredRuns(self.folder)
         source.runs = self._source.runs | others._source.runs
         source.truths = self._source.truths | others._source.truths
         rows = {run_key(row): row for row in (*self.stored_rows, *others.stored_rows)}
@@ -203,7 +137,7 @@ class Runs(Mapping[RunName, Run]):
     @cached_property
     def rows(self) -> list[dict[str, Any]]:
         """Rows of `table`; the key `scores` contains the scores."""
-        rows = with_one_version(with_missing(self.stored_rows, RequestedRuns("", self.requested)))
+        rows = with_one_version(with_missing(self.stored_rows, self.requested))
         chosen = self._trackers
         return rows if chosen is None else [row for row in rows if row["tracker"] in chosen]
 
@@ -214,9 +148,13 @@ class Runs(Mapping[RunName, Run]):
         The other columns are the fields of `bench.store.run_rows.list_runs`. Requested runs that do
         not exist have the status `missing`. Runs have the status `stale` if another version of the
         tracker or sequence is requested, or if a run that was stored later has another version. A
-        damaged run is missing, and a warning names it.
+        damaged run is missing, and a warning names it. Stale runs have no scores, so that no mean
+        combines two versions.
         """
-        return to_data_frame(self.rows)
+        table = to_data_frame(self.rows)
+        scores = table.columns.difference([*TEXT_FIELDS, *NUMBER_FIELDS])
+        table.loc[table["status"] == "stale", scores] = nan
+        return table
 
     @property
     def timed(self) -> "pd.DataFrame":
@@ -236,7 +174,6 @@ class Runs(Mapping[RunName, Run]):
         Raises `ResultsError`, which names the file, if a ground truth is missing or damaged.
         """
         keys = dict.fromkeys(_truth_key(row) for row in self.rows if row["status"] != "missing")
-        self._source.load([], keys)
         return {key: self._source.truth(*key) for key in keys}
 
     def run(self, key: RunKey) -> Run:
@@ -245,13 +182,6 @@ class Runs(Mapping[RunName, Run]):
         Raises `ResultsError`, which names the file, if the run is damaged or was removed.
         """
         return self._source.run(key)
-
-    def truth(self, row: Mapping[Any, Any]) -> StoredTruth:
-        """Return the ground truth of the run of a row.
-
-        Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
-        """
-        return self._source.truth(*_truth_key(row))
 
     def evaluated_rows(self, **fields: str) -> list[dict[str, Any]]:
         """Return the rows of runs whose boxes are scored: all but timing, missing and stale runs.
@@ -267,15 +197,9 @@ class Runs(Mapping[RunName, Run]):
         ]
 
     def read(self, rows: Iterable[Mapping[Any, Any]]) -> Iterator[RunWithTruth]:
-        """Yield the runs of rows with their ground truths; raises as `run` and `truth`."""
-        rows = list(rows)
-        for begin in range(0, len(rows), BATCH):
-            batch = rows[begin : begin + BATCH]
-            loaded = self._source.load(map(run_key, batch), map(_truth_key, batch))
-            for row in batch:
-                key = run_key(row)
-                run = loaded.pop(key) if key in loaded else self.run(key)
-                yield RunWithTruth(row, run, self.truth(row))
+        """Yield the runs of rows with their ground truths; raises `ResultsError` as `run`."""
+        for row in rows:
+            yield RunWithTruth(row, self.run(run_key(row)), self._source.truth(*_truth_key(row)))
 
     def outcomes(self, metrics: str, table: "pd.DataFrame") -> dict[int, MetricOutcome]:
         """Score the finished and failed runs of rows by metrics; return the outcomes by index."""
@@ -291,9 +215,9 @@ class Runs(Mapping[RunName, Run]):
     ) -> "pd.DataFrame":
         """Return the runs by a protocol with their scores by metrics.
 
-        Failed runs have the worst scores, except those of a tracker whose runs all failed. Stale
-        runs have no scores, so that no mean combines two versions. Runs that the metrics cannot
-        score have the status `not scored`; if `strict`, they raise `ResultsError`.
+        Failed runs have the worst scores, except those of a tracker whose runs all failed. Runs
+        that the metrics cannot score have the status `not scored`; if `strict`, they raise
+        `ResultsError`.
 
         Parameters
         ----------
@@ -311,11 +235,7 @@ class Runs(Mapping[RunName, Run]):
         runs = self.table[self.table["protocol"] == (protocol or self.protocol)]
         if metrics != DEFAULT_METRICS:
             runs = self._with_metrics(runs, metrics, strict)
-        runs = self._with_worst_scores(runs, metrics)
-        if (is_stale := runs["status"] == "stale").any():
-            labels = {*TEXT_FIELDS, *NUMBER_FIELDS}
-            runs.loc[is_stale, [name for name in runs if name not in labels]] = nan
-        return runs
+        return self._with_worst_scores(runs, metrics)
 
     def _with_metrics(self, runs: "pd.DataFrame", metrics: str, strict: bool) -> "pd.DataFrame":
         """Return runs with the scores of finished runs as columns."""

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from sqlite3 import Row
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -73,22 +74,25 @@ def stored_truth(sequence: Sequence) -> StoredTruth:
 
 def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
     """Return the row of a ground truth of a sequence with this fingerprint."""
-    return TruthRow(truth.name, fingerprint, pack(_arrays_of(truth)))
-
-
-def add_truth_of(folder: Path, sequence: Sequence) -> None:
-    """Store a sequence's ground truth in an experiment's folder; see `add_truth`."""
-    add_truth(folder, sequence.fingerprint, stored_truth(sequence))
-
-
-def add_truth(folder: Path, fingerprint: str, truth: StoredTruth) -> None:
-    """Store a ground truth, unless it is stored already and undamaged.
-
-    Raises `ResultsError` if it cannot be written.
-    """
-    row = pack_truth(fingerprint, truth)
-    with open_database(folder, write=True) as database:
-        put_truth(database, row)
+    arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
+    arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
+    arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
+    if not truth.annotated.all():
+        arrays["annotated"] = truth.annotated
+    if truth.malformed.any():
+        arrays["malformed"] = truth.malformed
+    if truth.fps is not None:
+        arrays["fps"] = np.array(truth.fps, np.float64)
+    arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
+    if truth.image_size is not None:
+        arrays["image_size"] = np.array(truth.image_size, np.int64)
+    for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
+        if isinstance(shape, np.ndarray):
+            arrays[f"polygon/{frame}"] = shape
+        elif shape is not None:
+            bounds = [shape.x, shape.y, shape.width, shape.height]
+            arrays[f"mask/{frame}"] = np.array([*bounds, *shape.runs], np.int64)
+    return TruthRow(truth.name, fingerprint, pack(arrays))
 
 
 def put_truth(database: Database, row: TruthRow) -> None:
@@ -108,30 +112,15 @@ def put_truth(database: Database, row: TruthRow) -> None:
         )
 
 
-def truth_row(database: Database, sequence: str, fingerprint: str) -> TruthRow:
-    """Return the row of a ground truth in a transaction; raises as `read_truth`."""
-    for row in database.rows("truth", _KEY, sequence, fingerprint):
-        return TruthRow(*tuple(row)[:-1])
-    raise MissingTruthError(database.path, sequence, fingerprint)
-
-
-def read_truth_row(folder: Path, sequence: str, fingerprint: str) -> TruthRow:
-    """Return the row of a ground truth; raises as `read_truth`."""
-    with open_database(folder) as database:
-        return truth_row(database, sequence, fingerprint)
-
-
 def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
     """Return the ground truth of runs on a sequence.
 
     Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
     """
-    return unpack_truth(read_truth_row(folder, sequence, fingerprint))
-
-
-def unpack_truth(row: TruthRow) -> StoredTruth:
-    """Return the ground truth of a row."""
-    return _truth_of(row.sequence, unpack(row.arrays))
+    with open_database(folder) as database:
+        for row in database.rows("truth", _KEY, sequence, fingerprint):
+            return unpack_truth(row)
+    raise MissingTruthError(database.path, sequence, fingerprint)
 
 
 def _image_size(sequence: Sequence) -> tuple[int, int] | None:
@@ -142,29 +131,10 @@ def _image_size(sequence: Sequence) -> tuple[int, int] | None:
         return None
 
 
-def _arrays_of(truth: StoredTruth) -> dict[str, NDArray[Any]]:
-    arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
-    arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
-    arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
-    if not truth.annotated.all():
-        arrays["annotated"] = truth.annotated
-    if truth.malformed.any():
-        arrays["malformed"] = truth.malformed
-    if truth.fps is not None:
-        arrays["fps"] = np.array(truth.fps, np.float64)
-    arrays["first_pixel"] = np.array(truth.first_pixel, np.int64)
-    if truth.image_size is not None:
-        arrays["image_size"] = np.array(truth.image_size, np.int64)
-    for frame, shape in enumerate(truth.shapes.as_stored() if truth.shapes else ()):
-        if isinstance(shape, np.ndarray):
-            arrays[f"polygon/{frame}"] = shape
-        elif shape is not None:
-            bounds = [shape.x, shape.y, shape.width, shape.height]
-            arrays[f"mask/{frame}"] = np.array([*bounds, *shape.runs], np.int64)
-    return arrays
-
-
-def _truth_of(name: str, arrays: Mapping[str, NDArray[Any]]) -> StoredTruth:
+def unpack_truth(row: TruthRow | Row) -> StoredTruth:
+    """Return the ground truth of a row."""
+    name, _, packed, *_ = row
+    arrays = unpack(packed)
     size: Any = tuple(arrays["image_size"].tolist()) if "image_size" in arrays else None
     shapes: dict[int, NDArray[np.float64] | EncodedMask] = {
         int(frame): polygon for frame, polygon in select_group(arrays, "polygon").items()

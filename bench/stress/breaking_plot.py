@@ -34,19 +34,19 @@ def breaking_plot(
 
     Dots are groups of runs. A bar at one half is the 95 % interval of the breaking point.
     """
-    figure, (axes,) = new_figure(title, 4.0)
+    figure, (panel,) = new_figure(title, 4.0)
     for position, (name, curve) in enumerate(curves.items()):
-        draw_line(axes, curve.levels, curve.survival, name, position)
+        draw_line(panel, curve.levels, curve.survival, name, position)
         options: dict[str, Any] = {"color": colour(position), "alpha": 0.5, "linewidths": 0}
-        axes.scatter(curve.group_levels, curve.shares, 8 * curve.counts, **options)
+        panel.scatter(curve.group_levels, curve.shares, 8 * curve.counts, **options)
         ends = [curve.low, curve.high]
         height = 0.5 - 0.015 * position  # below each other
-        axes.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
+        panel.plot(ends, [height, height], color=colour(position), linewidth=4, alpha=0.6)
     levels = next(iter(curves.values())).levels
-    axes.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
+    panel.axhline(0.5, color="0.6", linewidth=1, linestyle=":", zorder=0)
     if logarithmic:
-        logarithmic_axis(axes)
-    axes.set(xlabel=quantity, ylabel="share of runs that survive")
-    axes.set(xlim=(levels[0], levels[-1]), ylim=(-0.03, 1.03))
+        logarithmic_axis(panel)
+    panel.set(xlabel=quantity, ylabel="share of runs that survive")
+    panel.set(xlim=(levels[0], levels[-1]), ylim=(-0.03, 1.03))
     add_legend(figure)
     return figure

@@ -92,27 +92,32 @@ class Difficulty:
         return f"{self.name} [{self.unit}], {self.easy:g} to {self.hard:g}"
 
 
-def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
+def parse_difficulty(argument: str, sequences: Sequence[str]) -> Difficulty:
     """Parse `NAME` or `NAME=FROM..TO`: a filter, or a parameter of the scenes.
 
     Raises `ExperimentError` for an unknown name or an invalid range.
     """
-    name, equals, limits = text.partition("=")
+    name, equals, limits = argument.partition("=")
     try:
         ends = [float(end) for end in limits.split("..")] if equals else []
     except ValueError:
         ends = [nan]
     if equals and (len(ends) != 2 or ends[0] == ends[1] or not all(map(isfinite, ends))):
         raise ExperimentError(
-            f"--difficulty {text}: invalid range. Expected: {name}=FROM..TO; FROM is the easy end."
+            f"--difficulty {argument}: invalid range. Expected: {name}=FROM..TO; FROM is the easy "
+            "end."
         )
-    filters = {key: kind for key, kind in FILTERS.items() if key != "start"}
+    filters = {key: value for key, value in FILTERS.items() if key != "start"}
     if name in filters:
-        kind = filters[name]
-        easy, hard = ends or (kind.easy, kind.hard)
-        if kind.logarithmic and min(easy, hard) <= 0:
-            raise ExperimentError(f"--difficulty {text}: both ends of this range must be above 0.")
-        return Difficulty(name, kind.unit, easy, hard, kind.whole, kind.logarithmic)
+        selected = filters[name]
+        easy, hard = ends or (selected.easy, selected.hard)
+        if selected.logarithmic and min(easy, hard) <= 0:
+            raise ExperimentError(
+                f"--difficulty {argument}: both ends of this range must be above 0."
+            )
+        return Difficulty(
+            name, selected.unit, easy, hard, selected.is_integer, selected.logarithmic
+        )
     for sequence in sequences:
         options = {option["name"]: option for option in datasets.options(_bare(sequence))}
         if name not in options or name == "scene":
@@ -123,7 +128,7 @@ def parse_difficulty(text: str, sequences: Sequence[str]) -> Difficulty:
         default = options[name]["default"]
         if not ends or type(default) not in (int, float):
             problem = "the parameter is not a number" if ends else "the range is missing"
-            raise ExperimentError(f"--difficulty {text}: {problem}. Expected: {name}=FROM..TO.")
+            raise ExperimentError(f"--difficulty {argument}: {problem}. Expected: {name}=FROM..TO.")
     _, bracket, unit = options[name]["meaning"].rpartition("[")
     unit = unit.rstrip("]") if bracket else "share"
     return Difficulty(name, unit, ends[0], ends[1], isinstance(default, int), is_filter=False)
@@ -143,16 +148,16 @@ class RunSequences:
         """Raise `ExperimentError` for a sequence that is too short."""
         _ = self._start_frames
 
-    def spec(self, difficulty: Difficulty, level: float, number: int) -> str:
+    def spec(self, difficulty: Difficulty, level: float, run_index: int) -> str:
         """Return the specification of the sequence of a run, numbered from 0, at a level."""
-        turn, index = divmod(number, len(self.sequences))
+        turn, index = divmod(run_index, len(self.sequences))
         bare, filters = split_filters(self.sequences[index])
         start_frames = self._start_frames[index]
         options: dict[str, float] = {} if start_frames else {"scene": turn}
         if start_frames and turn:
             filters["start"] = filters.get("start", 0) + int(_halving(turn) * start_frames)
-        if number:
-            filters["draw"] = number
+        if run_index:
+            filters["draw"] = run_index
         if difficulty.is_filter:
             filters[difficulty.name] = level
         else:
@@ -165,28 +170,28 @@ class RunSequences:
         return [_start_frames(text) for text in self.sequences]
 
 
-def _start_frames(text: str) -> int:
-    bare = _bare(text)
+def _start_frames(spec: str) -> int:
+    bare = _bare(spec)
     names = [option["name"] for option in datasets.options(bare)]
     if "scene" in names and "scene" not in parse_text(bare)[1]:
         return 0
-    frames = len(datasets.load(text))
+    frames = len(datasets.load(spec))
     if frames < SHORTEST:
         raise ExperimentError(
-            f"{text}: {frames} frames are too few for runs that start at different frames. "
+            f"{spec}: {frames} frames are too few for runs that start at different frames. "
             f"Give a sequence of {SHORTEST} frames or more."
         )
     return frames // 4
 
 
-def _bare(text: str) -> str:
+def _bare(spec: str) -> str:
     """Return the specification of a sequence without its filters."""
-    return split_filters(text)[0]
+    return split_filters(spec)[0]
 
 
-def _halving(number: int) -> float:
+def _halving(index: int) -> float:
     """Return an element of van der Corput's sequence, which fills [0, 1) evenly."""
-    digits = f"{number:b}"[::-1]
+    digits = f"{index:b}"[::-1]
     return float(int(digits, 2) / 2.0 ** len(digits))
 
 
@@ -281,8 +286,8 @@ def difficulty_ratio(stress_test: StressTest, against: StressTest) -> tuple[floa
         or min(difficulty.easy, difficulty.hard) < 0
     ):
         return nan, Interval(nan, nan)
-    least = 1 / LEVELS / 10  # a level of 0 has no ratio
-    limits = 0 if difficulty.easy else least, 1 if difficulty.hard else 1 - least
+    smallest = 1 / LEVELS / 10  # a level of 0 has no ratio
+    limits = 0 if difficulty.easy else smallest, 1 if difficulty.hard else 1 - smallest
     shares = ((np.arange(200) + 0.5) / 200).tolist()
     positions = np.array(
         [[side.threshold.quantile(x) for x in shares] for side in (stress_test, against)]
@@ -385,18 +390,21 @@ def breaking_point_lines(result: BreakingPoints) -> list[str]:
             (stress_test, row) for stress_test, row in pairs if stress_test.difficulty == difficulty
         ]
         rows.sort(key=lambda pair: -pair[0].threshold.median)
-        words = {"never": f"never breaks up to {difficulty.hard:g}", "at once": "breaks at once"}
-        parts = [
-            f"{stress_test.tracker} {words.get(row['outcome'], f'breaks at {_level(row)}')}"
+        open_outcomes = {
+            "never": f"never breaks up to {difficulty.hard:g}",
+            "at once": "breaks at once",
+        }
+        outcomes = [
+            f"{stress_test.tracker} {open_outcomes.get(row['outcome'], f'breaks at {_level(row)}')}"
             for stress_test, row in rows
         ]
-        lines.append(f"{difficulty.heading}: {', '.join(parts)}.")
+        lines.append(f"{difficulty.heading}: {', '.join(outcomes)}.")
     return lines
 
 
-def stress_tables(result: BreakingPoints, *, whole: bool = False) -> list[Table]:
-    """Return the table of breaking points; if `whole`, also the table of all runs."""
-    return [_points(result), *([_runs(result)] if whole else [])]
+def stress_tables(result: BreakingPoints, *, with_runs: bool = False) -> list[Table]:
+    """Return the table of breaking points; if `with_runs`, also the table of all runs."""
+    return [_points(result), *([_runs(result)] if with_runs else [])]
 
 
 def _points(result: BreakingPoints) -> Table:
@@ -404,7 +412,7 @@ def _points(result: BreakingPoints) -> Table:
     for stress_test, row in zip(result.stress_tests, result.points, strict=True):
         harder = "1" if stress_test.tracker == result.against else _ratio_text(row)
         shares = f"{100 * row['survive_at_easy']:.0f} … {100 * row['survive_at_hard']:.0f}"
-        texts = [
+        values = [
             stress_test.difficulty.heading,
             stress_test.tracker,
             _level(row),
@@ -412,7 +420,7 @@ def _points(result: BreakingPoints) -> Table:
             harder,
             shares,
         ]
-        rows.append([Cell(text) for text in (*texts, str(row["runs"]))])
+        rows.append([Cell(value) for value in (*values, str(row["runs"]))])
     runs = pd.DataFrame(result.runs)
     runs["status"] = np.where(runs["failure"] == "", "finished", "failed")
     failures = failure_notes(runs, "lost", "counted as lost")

@@ -120,9 +120,9 @@ def correlation(view: TargetView) -> float:
     """
     if view.previous is None:
         return nan
-    parts = np.stack([view.visible_part, view.previous.visible_part])
-    low, high = parts[:, :2].max(axis=0), parts[:, 2:].min(axis=0)
-    patches = [each.grey_in(_part(each.box, low, high)) for each in (view, view.previous)]
+    visible = np.stack([view.visible_part, view.previous.visible_part])
+    low, high = visible[:, :2].max(axis=0), visible[:, 2:].min(axis=0)
+    patches = [each.grey_in(_inner_box(each.box, low, high)) for each in (view, view.previous)]
     if any(patch.size == 0 for patch in patches):
         return nan
     current, previous = patches
@@ -174,16 +174,16 @@ def border(view: TargetView) -> float:
     return float(distances.min()) / view.side
 
 
-def _part(
+def _inner_box(
     box: NDArray[np.float64], low: NDArray[np.float64], high: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """Return the part of a box between the relative corners `low` and `high`, shape (2,) each."""
     return np.concatenate([box[:2] + low * box[2:], (high - low) * box[2:]])
 
 
-def _histogram(part: NDArray[np.uint8]) -> NDArray[np.intp]:
+def _histogram(pixels: NDArray[np.uint8]) -> NDArray[np.intp]:
     """Return the number of pixels by colour bin, shape (512,)."""
-    bins = (part >> (8 - N_BITS)).reshape(-1, 3).astype(np.intp)
+    bins = (pixels >> (8 - N_BITS)).reshape(-1, 3).astype(np.intp)
     return np.bincount(
         bins @ np.array([1 << 2 * N_BITS, 1 << N_BITS, 1]), minlength=1 << 3 * N_BITS
     )

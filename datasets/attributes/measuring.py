@@ -80,8 +80,8 @@ def measure(sequence: Sequence, progress: Callable[[int, int], object] = _no_pro
 def cached_values(fingerprint: str) -> Series | None:
     """Return the cached attributes of a sequence with this fingerprint, or None."""
     try:
-        content = io.BytesIO(_cache_file(fingerprint).read_bytes())
-        with np.load(content, allow_pickle=False) as file:
+        cached = io.BytesIO(_cache_file(fingerprint).read_bytes())
+        with np.load(cached, allow_pickle=False) as file:
             series = {name: np.asarray(file[name], np.float64) for name in names()}
     except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):  # missing or damaged
         return None
@@ -129,10 +129,10 @@ def _cache_file(fingerprint: str) -> Path:
 
 def _write_cache(path: Path, series: Series) -> None:
     """Write the cache; if it cannot be written, the attributes are measured again next time."""
-    content = io.BytesIO()
-    np.savez_compressed(content, allow_pickle=False, **series)
+    buffer = io.BytesIO()
+    np.savez_compressed(buffer, allow_pickle=False, **series)
     with suppress(OSError):
         path.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(content.getvalue())
+            file.write(buffer.getvalue())
         Path(file.name).replace(path)

@@ -33,7 +33,7 @@ class Filter:
         Smallest and largest value.
     easy, hard : float
         Range in which `trackmark stress` searches the breaking point of a tracker.
-    whole : bool
+    is_integer : bool
         Whether values are integers.
     logarithmic : bool
         Whether the values that `trackmark stress` tests have equal ratios, not equal differences.
@@ -45,17 +45,17 @@ class Filter:
     high: float
     easy: float
     hard: float
-    whole: bool = False
+    is_integer: bool = False
     logarithmic: bool = False
 
 
 # filters by name, in the order of their application; docs/stress.md explains their values
 FILTERS: dict[str, Filter] = {
-    "start": Filter(timing.start, "frames", 0, 1e6, 0, 1, whole=True),
-    "step": Filter(timing.step, "frames", 1, 1000, 1, 20, whole=True, logarithmic=True),
+    "start": Filter(timing.start, "frames", 0, 1e6, 0, 1, is_integer=True),
+    "step": Filter(timing.step, "frames", 1, 1000, 1, 20, is_integer=True, logarithmic=True),
     "size": Filter(geometry.size, "pixels", 1, 1000, 48, 4, logarithmic=True),
     "motion": Filter(geometry.motion, "target widths/frame", 0, 10, 0, 1.5),
-    "occlusion": Filter(geometry.occlusion, "frames", 0, 1e6, 0, 60, whole=True),
+    "occlusion": Filter(geometry.occlusion, "frames", 0, 1e6, 0, 60, is_integer=True),
     "similarity": Filter(geometry.similarity, "share", 0, 1, 0, 1),
     "gain": Filter(light.gain, "times the light", 0.001, 1000, 1, 0.02, logarithmic=True),
     "blur": Filter(light.blur, "pixels", 0, 200, 0, 40),
@@ -67,50 +67,50 @@ FILTERS: dict[str, Filter] = {
 _SHAPE_PRESERVING = frozenset({"occlusion", "similarity", "gain", "blur", "noise", "box_error"})
 
 
-def split_filters(text: str) -> tuple[str, dict[str, float]]:
-    """Split the text of a sequence into the text without filters and the values of the filters.
+def split_filters(spec: str) -> tuple[str, dict[str, float]]:
+    """Split the specification of a sequence into the part without filters and the filters' values.
 
     Raises `SequenceError` for an unknown filter, a filter that is given twice, or a value that is
     out of range.
     """
-    parts = text.split(":")
+    name_of_sequence, *options = spec.split(":")
     values: dict[str, float] = {}
-    for part in parts[1:]:
-        key, _, value = part.partition("=")
+    for option in options:
+        key, _, value = option.partition("=")
         if key.startswith(PREFIX):
             name = key.removeprefix(PREFIX)
             if name in values:
-                raise SequenceError(f"{quote(text)}: {quote(key)} is given twice.")
-            values[name] = _checked(text, name, value)
-    options = [part for part in parts[1:] if not part.startswith(PREFIX)]
-    return ":".join([parts[0], *options]), values
+                raise SequenceError(f"{quote(spec)}: {quote(key)} is given twice.")
+            values[name] = _checked(spec, name, value)
+    other_options = [option for option in options if not option.startswith(PREFIX)]
+    return ":".join([name_of_sequence, *other_options]), values
 
 
-def _checked(text: str, name: str, value: str) -> float:
+def _checked(spec: str, name: str, value: str) -> float:
     """Return the value of a filter, checked against the filter's range."""
     if name != DRAW and name not in FILTERS:
         hint = name_hint(name, [*FILTERS, DRAW])
-        raise SequenceError(f"{quote(text)}: unknown filter {quote(name)}.{hint}")
-    low, high, whole = 0.0, 2.0**32 - 1, True
+        raise SequenceError(f"{quote(spec)}: unknown filter {quote(name)}.{hint}")
+    low, high, is_integer = 0.0, 2.0**32 - 1, True
     if name != DRAW:
-        low, high, whole = FILTERS[name].low, FILTERS[name].high, FILTERS[name].whole
+        low, high, is_integer = FILTERS[name].low, FILTERS[name].high, FILTERS[name].is_integer
     try:
         number = float(value)
     except ValueError:
         number = math.nan
-    if not low <= number <= high or (whole and not number.is_integer()):
-        kind = "an integer" if whole else "a number"
+    if not low <= number <= high or (is_integer and not number.is_integer()):
+        noun = "an integer" if is_integer else "a number"
         raise SequenceError(
-            f"{quote(text)}: {PREFIX}{name} is {quote(value)}. Expected: {kind} from {low:g} to "
+            f"{quote(spec)}: {PREFIX}{name} is {quote(value)}. Expected: {noun} from {low:g} to "
             f"{high:g}."
         )
     return number
 
 
-def with_filters(text: str, values: Mapping[str, float]) -> str:
+def with_filters(spec: str, values: Mapping[str, float]) -> str:
     """Return a sequence's name or path followed by filters, always in the same order."""
     ordered = [name for name in [*FILTERS, DRAW] if name in values]
-    return format_text(text, {f"{PREFIX}{name}": values[name] for name in ordered})
+    return format_text(spec, {f"{PREFIX}{name}": values[name] for name in ordered})
 
 
 def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
@@ -123,9 +123,9 @@ def filtered(sequence: Sequence, values: Mapping[str, float]) -> Sequence:
     """
     result = sequence
     draw = int(values.get(DRAW, 0))
-    for name, kind in FILTERS.items():
+    for name, selected in FILTERS.items():
         if name in values:
-            result = kind.apply(result, values[name], draw)
+            result = selected.apply(result, values[name], draw)
     name = with_filters(sequence.name, values)
 
     def fingerprint() -> str:

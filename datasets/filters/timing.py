@@ -73,22 +73,22 @@ def step(sequence: Sequence, value: float, draw: int) -> Sequence:
             f"{sequence.name}: filter.step={int(value)} leaves only the first of {len(sequence)} "
             "frames. Use a smaller step."
         )
-    numbers = np.concatenate([forwards, forwards[-2:0:-1]])
-    return _reordered(sequence, np.resize(numbers, len(sequence)))
+    frames = np.concatenate([forwards, forwards[-2:0:-1]])
+    return _reordered(sequence, np.resize(frames, len(sequence)))
 
 
-def _reordered(sequence: Sequence, numbers: NDArray[np.int64]) -> Sequence:
-    """Return the sequence of the frames `numbers`, which may repeat, in this order."""
-    frames = numbers.tolist()
+def _reordered(sequence: Sequence, frames: NDArray[np.int64]) -> Sequence:
+    """Return the sequence of the given frames in this order; a frame may repeat."""
+    order = frames.tolist()
     return with_changes(
         sequence,
-        lambda frame: sequence[frames[frame]].copy(),
-        boxes=sequence.boxes[numbers],
-        annotated=sequence.annotated[numbers],
-        malformed=sequence.malformed[numbers],
-        regions={name: rows[numbers] for name, rows in sequence.regions.items()},
-        visibility=sequence.visibility[numbers],
-        attributes={name: flags[numbers] for name, flags in sequence.attributes.items()},
-        masks=lambda frame: sequence.mask(frames[frame]),
-        frame_names=[sequence.frame_name(frame) for frame in frames],
+        lambda frame: sequence[order[frame]].copy(),
+        boxes=sequence.boxes[frames],
+        annotated=sequence.annotated[frames],
+        malformed=sequence.malformed[frames],
+        regions={name: rows[frames] for name, rows in sequence.regions.items()},
+        visibility=sequence.visibility[frames],
+        attributes={name: flags[frames] for name, flags in sequence.attributes.items()},
+        masks=lambda frame: sequence.mask(order[frame]),
+        frame_names=[sequence.frame_name(frame) for frame in order],
     )

@@ -219,7 +219,7 @@ def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
     members, expected = _list_members(folder)
     if not members:
         members, expected = _listed_members(folder, search), f"the sequences of {folder / LIST}"
-    for path in members or _entries(folder):
+    for path in members or _visible_paths(folder):
         sequences = sequence_paths(path)
         has_marks = not sequences and _all_marks(path)
         if not (sequences or members or has_marks):
@@ -244,17 +244,17 @@ def _list_members(folder: Path) -> tuple[list[Path], str]:
 def _listed_members(folder: Path, search: _Search) -> list[Path]:
     """Return the sequences that `list.txt` names; empty if there is no list."""
     names = folder / LIST
-    entries = {path.name: path for path in _entries(folder)} if names.is_file() else {}
-    if not any(map(reads, entries.values())):
+    members = {path.name: path for path in _visible_paths(folder)} if names.is_file() else {}
+    if not any(map(reads, members.values())):
         return []
     listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
     for line, name in enumerate(listed, 1):
-        if name not in entries and search.selects(name):
+        if name not in members and search.selects(name):
             search.problems[name] = (
                 f"{names}: line {line}: {quote(name)} is not in this folder. Add it, or remove the "
                 "line."
             )
-    return [path for name, path in entries.items() if name in set(listed)]
+    return [path for name, path in members.items() if name in set(listed)]
 
 
 def _all_marks(path: Path) -> list[str]:
@@ -276,15 +276,15 @@ def _marks(path: Path, reader: Reader) -> list[str]:
     ]
 
 
-def _entries(folder: Path) -> list[Path]:
+def _visible_paths(folder: Path) -> list[Path]:
     """Return the visible entries of a folder in natural order, without masks; empty for a file."""
     with _named_errors(folder):
-        entries = [
+        visible = [
             path
             for path in (folder.iterdir() if folder.is_dir() else ())
             if not path.name.startswith(".") and not is_mask_path(path)
         ]
-        return sorted(entries, key=lambda path: natural_order(path.name))
+        return sorted(visible, key=lambda path: natural_order(path.name))
 
 
 def options(path: Path) -> list[dict[str, Any]]:
@@ -298,24 +298,25 @@ def options(path: Path) -> list[dict[str, Any]]:
 
 
 def read(
-    path: Path, truth: Path | None = None, chosen: Mapping[str, str] | None = None
+    path: Path, truth: Path | None = None, option_values: Mapping[str, str] | None = None
 ) -> Sequence:
     """Open recorded data with the reader that recognises the path.
 
     Opened sequences are cached while their files do not change.
 
     `path` is a file, a folder, or a name that a reader recognises. `truth` is a ground-truth file
-    (CSV) that replaces the ground truth of the data. `chosen` contains values of `options` by name.
+    (CSV) that replaces the ground truth of the data. `option_values` contains values of `options`
+    by name.
 
     Raises `SequenceError` if no reader recognises the path or an option, or if reading fails.
     """
-    items = tuple(sorted((chosen or {}).items()))
+    items = tuple(sorted((option_values or {}).items()))
     key = (Path.cwd(), path, truth, items, os.environ.get(PIXEL_LIMIT_VARIABLE))
     cached = _cache.get(key)
     if cached is None or cached.stamps != _stamps(cached.sequence, path):
         _cache.pop(key, None)
         started = time.time_ns()
-        sequence = _read(path, truth, chosen or {})
+        sequence = _read(path, truth, option_values or {})
         cached = _CachedSequence(sequence, _stamps(sequence, path))
         # A second change within a step of modification times would not be noticed.
         if max(changed for _, changed in cached.stamps.values()) < started - TICK_NS:
@@ -348,25 +349,25 @@ def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
     stamps = {}
     with _named_errors(path):
         for root in {root for root in roots if root.exists()}:
-            for entry in [root, *(os.scandir(root) if root.is_dir() else ())]:
-                status = entry.stat()
-                stamps[os.fspath(entry)] = status.st_size, status.st_mtime_ns
+            for file in [root, *(os.scandir(root) if root.is_dir() else ())]:
+                status = file.stat()
+                stamps[os.fspath(file)] = status.st_size, status.st_mtime_ns
     return stamps
 
 
-def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence:
+def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> Sequence:
     reader = _find_reader(path)
     if reader is None:
         raise SequenceError(_not_recognised(path))
-    names = [option["name"] for option in options(path)] if chosen else []
-    unknown = sorted(chosen.keys() - names)
+    names = [option["name"] for option in options(path)] if option_values else []
+    unknown = sorted(option_values.keys() - names)
     if unknown:
         raise SequenceError(
             f"{path}: unknown option {quote(unknown[0])}. Options: {', '.join(names) or 'none'}."
         )
     with _named_errors(path):
         if isinstance(reader, ReaderWithOptions):
-            sequence = reader.read(path, truth, chosen)
+            sequence = reader.read(path, truth, option_values)
         else:
             sequence = reader.read(path, truth)
         sequence.origin = replace(
@@ -375,7 +376,7 @@ def _read(path: Path, truth: Path | None, chosen: Mapping[str, str]) -> Sequence
             licence=_licence(path) or getattr(reader, "LICENCE", ""),
             citation=getattr(reader, "CITATION", ""),
             unread_files=_unread_flags(path, reader),
-            other_targets=() if chosen or truth else _other_targets(path, reader),
+            other_targets=() if option_values or truth else _other_targets(path, reader),
             first_pixel=getattr(reader, "FIRST_PIXEL", 0),
         )
     return sequence
@@ -396,7 +397,7 @@ def _unread_flags(path: Path, reader: Reader) -> tuple[str, ...]:
     read = getattr(reader, "FLAG_FILES", ())
     return tuple(
         file.name
-        for file in (_entries(path) if path.is_dir() else ())
+        for file in (_visible_paths(path) if path.is_dir() else ())
         if _FLAG_NAME.search(file.stem.lower())
         and file.suffix.lower() in _FLAG_SUFFIXES
         and not any(fnmatchcase(file.name, pattern) for pattern in read)
@@ -405,19 +406,17 @@ def _unread_flags(path: Path, reader: Reader) -> tuple[str, ...]:
 
 def _not_recognised(path: Path) -> str:
     """Return the message for a path that no reader recognises, with similar layouts."""
-    content = ""
+    contained = ""
     with _named_errors(path):
         if path.is_dir():
-            entries = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
-            listed = quote(", ".join(entries[:_MAX_LISTED])) if entries else "nothing"
-            further = (
-                f" and {len(entries) - _MAX_LISTED} more" if len(entries) > _MAX_LISTED else ""
-            )
-            content = f" It contains {listed}{further}."
+            names = sorted(file.name + "/" * file.is_dir() for file in path.iterdir())
+            listed = quote(", ".join(names[:_MAX_LISTED])) if names else "nothing"
+            further = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
+            contained = f" It contains {listed}{further}."
         similar = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
     expected = "; ".join(similar or [reader.EXPECTS for reader in _readers()])
     problem = "an incomplete sequence" if similar else "not in a format that a reader recognises"
-    return f"{path}: this is {problem}.{content} Expected: {expected}."
+    return f"{path}: this is {problem}.{contained} Expected: {expected}."
 
 
 def _licence(path: Path) -> str:

@@ -91,10 +91,10 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         return recorded_images(name, images, truth_file.read(truth), truth)
     images, masks = _files(path)
     objects = _read_objects(images, masks)
-    number = choose(path, "object", objects, options)
-    target = objects[number]
+    object_number = choose(path, "object", objects, options)
+    target = objects[object_number]
     return recorded_images(
-        name if number == next(iter(objects)) else f"{name}:object={number}",
+        name if object_number == next(iter(objects)) else f"{name}:object={object_number}",
         images,
         GroundTruth(target.boxes),
         masks[0].parent,
@@ -149,20 +149,20 @@ def _cached_objects(
         raise SequenceError(f"{masks[0].parent}: all masks are empty. Expected: an object.")
     if list(boxes) == [_VOID]:
         return {"1": _Object(masks, _VOID, boxes[_VOID])}
-    numbers = sorted(boxes.keys() - {_VOID})
-    return {str(value): _Object(masks, value, boxes[value]) for value in numbers}
+    object_values = sorted(boxes.keys() - {_VOID})
+    return {str(value): _Object(masks, value, boxes[value]) for value in object_values}
 
 
 def _read_values(file: Path) -> NDArray[np.uint8]:
     """Return the values of a mask's pixels; in a palette image, the indices of the colours."""
     with decoding(f"{file}: the mask cannot be read"):
-        data = file.read_bytes()
-        size = image_size(data)
+        encoded = file.read_bytes()
+        size = image_size(encoded)
         if size is not None:
             check_pixels(*size)
-        with Image.open(io.BytesIO(data)) as image:
+        with Image.open(io.BytesIO(encoded)) as image:
             image.verify()  # verifies the checksums, which decoding ignores
-        with Image.open(io.BytesIO(data)) as image:
+        with Image.open(io.BytesIO(encoded)) as image:
             mode, values = image.mode, np.asarray(image)
     if mode not in ("1", "L", "P"):
         raise SequenceError(

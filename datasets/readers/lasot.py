@@ -48,12 +48,14 @@ def read(path: Path, truth: Path | None) -> Sequence:
     flags = read_flags([path / f"{flag}.txt" for flag in FLAGS], n)
     for absent in flags.values():
         boxes[absent[: len(boxes)]] = np.nan
-    text = path / "nlp.txt"
+    description_file = path / "nlp.txt"
     return recorded_images(
         name,
         images,
         GroundTruth(boxes),
         source,
         attributes=flags,
-        description=" ".join(truth_file.read_text(text).split()) if text.is_file() else "",
+        description=" ".join(truth_file.read_text(description_file).split())
+        if description_file.is_file()
+        else "",
     )

@@ -132,10 +132,10 @@ def _read_targets(source: Path) -> dict[str, Array]:
         raise SequenceError(
             f"{source}: the flag `counts` is 0 in all rows. Expected: 1 for a target."
         )
-    numbers, starts = np.unique(selected[:, 1].astype(int), return_index=True)
-    return dict(zip(map(str, numbers), np.split(selected, starts[1:]), strict=True))
+    targets, starts = np.unique(selected[:, 1].astype(int), return_index=True)
+    return dict(zip(map(str, targets), np.split(selected, starts[1:]), strict=True))
 
 
 def _longest(targets: Mapping[str, Array]) -> str:
     """Return the number of the target in most frames; of equal targets, the lowest number."""
-    return max(targets, key=lambda number: len(targets[number]))
+    return max(targets, key=lambda target: len(targets[target]))

@@ -72,19 +72,19 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 def _rows(source: Path) -> Array:
     """Return the numbers of all rows, shape (n, 9), without the name at the end of a row."""
     rows: list[list[float]] = []
-    for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
-        check_line(line, number, source)
-        text = " ".join(line.split()[:_COLUMNS])
-        check_form(text, number, source)
-        row = numbers(text)
+    for line_number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
+        check_line(line, line_number, source)
+        values = " ".join(line.split()[:_COLUMNS])
+        check_form(values, line_number, source)
+        row = numbers(values)
         if len(row) != _COLUMNS or not set(row[6:]) <= {0.0, 1.0}:
             raise SequenceError(
-                f"{source}: line {number}: {quote(line.strip())} is not a row of VATIC. Expected: "
-                f"{_ROW}."
+                f"{source}: line {line_number}: {quote(line.strip())} is not a row of VATIC. "
+                f"Expected: {_ROW}."
             )
         if rows and row[5] <= rows[-1][5]:
             raise SequenceError(
-                f"{source}: line {number}: frame {row[5]:g} follows frame {rows[-1][5]:g}."
+                f"{source}: line {line_number}: frame {row[5]:g} follows frame {rows[-1][5]:g}."
             )
         rows.append(row)
     if not rows:

@@ -37,13 +37,13 @@ def read(path: Path, truth: Path | None) -> Sequence:
     rows = read_rows(span, {2}, "the numbers of the first and the last image", "a range")
     first, last = rows[0].tolist()
     images = {int(file.stem): file for file in numbered_images(folder)}
-    for number in (first, last):
-        if number not in images or last < first or len(rows) > 1:
+    for image_number in (first, last):
+        if image_number not in images or last < first or len(rows) > 1:
             raise SequenceError(
-                f"{span}: there is no image {number:g} in {folder}. Expected: the numbers of the "
-                f"first and the last image, from {min(images)} to {max(images)}, in one line."
+                f"{span}: there is no image {image_number:g} in {folder}. Expected: the numbers of "
+                f"the first and the last image, from {min(images)} to {max(images)}, in one line."
             )
-    in_range = [file for number, file in images.items() if first <= number <= last]
+    in_range = [file for image_number, file in images.items() if first <= image_number <= last]
     if truth is not None:
         return recorded_images(name, in_range, truth_file.read(truth), truth)
     boxes = read_boxes(source, origin=FIRST_PIXEL)

@@ -90,14 +90,14 @@ def _sequence_images(folder: Path, name: str) -> list[Path]:
     first, last = PARTS[folder.name][int(name.rpartition("_")[2]) - 1]
     files = image_files(folder)
     check_frame_numbers(files)
-    numbers = {int(file.stem): file for file in files if file.stem.isdecimal()}
-    for number in range(first, last + 1):
-        if number not in numbers:
+    file_of_number = {int(file.stem): file for file in files if file.stem.isdecimal()}
+    for image_number in range(first, last + 1):
+        if image_number not in file_of_number:
             raise SequenceError(
-                f"{folder / f'{number:06}.jpg'}: this image is missing; {name} consists of images "
-                f"{first} to {last}. Add the file."
+                f"{folder / f'{image_number:06}.jpg'}: this image is missing; {name} consists of "
+                f"images {first} to {last}. Add the file."
             )
-    return [numbers[number] for number in range(first, last + 1)]
+    return [file_of_number[image_number] for image_number in range(first, last + 1)]
 
 
 def _locate(path: Path) -> tuple[Path, Path] | None:

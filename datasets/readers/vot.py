@@ -207,13 +207,13 @@ def _box(row: list[float]) -> list[float]:
     return [*points.min(axis=0), *np.ptp(points, axis=0)]
 
 
-def _parse_mask(text: str, size: tuple[int, int]) -> EncodedMask:
+def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
     """Return the mask of a row; it must lie inside an image of this size."""
-    values = words(text)
+    values = words(row)
     if len(values) < 5 or not all(
         word.isascii() and word.isdecimal() and len(word) < 10 for word in values
     ):
-        raise ValueError(f"{quote(f'm{text}')} is not a mask. Expected: {_ROW}")
+        raise ValueError(f"{quote(f'm{row}')} is not a mask. Expected: {_ROW}")
     x, y, width, height, *runs = map(int, values)
     if x + width > size[0] or y + height > size[1]:
         raise ValueError(

@@ -20,11 +20,11 @@ from trackmark.bench.cli import main
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution import worker
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import StoredTruth, add_truth
+from trackmark.bench.store.truth import StoredTruth, pack_truth
 
 
 class Noise:
@@ -168,7 +168,7 @@ def run_trial(without_processes):
     """Return a function that runs a small experiment in this process and returns its folder."""
 
     def run(folder, trackers, sequences, **options):
-        sources = tuple(map(SequenceSource, sequences))
+        sources = tuple(map(SequenceSpec, sequences))
         with without_processes():
             return run_experiment(
                 Experiment("trial", tuple(trackers), sources, **options), folder, jobs=1
@@ -207,9 +207,8 @@ def store_many():
         results = RunStore(folder)
         requested = {run_key(run.identity): run.identity.version for run in runs}
         results.add_requests(RequestedRuns("Many runs", requested))
-        for s, truth in enumerate(truths):
-            add_truth(folder, f"fingerprint {s}", truth)
-        results.add_all((run, "") for run in runs)
+        rows = [pack_truth(f"fingerprint {s}", truth) for s, truth in enumerate(truths)]
+        results.add_all([(run, "") for run in runs], rows)
         return results
 
     return store

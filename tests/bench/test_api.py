@@ -17,11 +17,11 @@ import numpy as np
 import pytest
 
 import trackmark as tm
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
 from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 
@@ -451,7 +451,7 @@ def test_saved_results_equal_results_in_memory(tmp_path, capsys):
     results = tm.evaluate(["static", "camshift"], "samples/*")
     folder = results.save(tmp_path / "mine")
     loaded = tm.load_runs(folder)
-    names = [name for name in loaded.table if name not in ("date", "frame_seconds")]
+    names = [name for name in loaded.table if name not in ("date", "reading_seconds")]
     assert loaded.scored()[names].equals(results.scored()[names])
     assert loaded.means().equals(results.means())
     np.testing.assert_array_equal(loaded["static", "face"].boxes, results["static", "face"].boxes)

@@ -9,7 +9,7 @@ import pytest
 import trackmark as tm
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.executor import Execution
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 
 SOURCE = '''
@@ -67,7 +67,7 @@ def file(tmp_path, monkeypatch):
 def execute(file, names, output, jobs=1, repetitions=2):
     """Return execution and boxes by key."""
     texts = tuple(f"{file}:{name}" for name in names)
-    sources = (SequenceSource("plain/target:length=12:scene=1"),)
+    sources = (SequenceSpec("plain/target:length=12:scene=1"),)
     experiment = Experiment("e", texts, sources, repetitions)
     execution = Execution(experiment, output, jobs)
     list(execution.rows())

@@ -14,7 +14,7 @@ from trackmark.reports.overlay import (
     legend,
     overlay,
     save_png,
-    write_words,
+    write_line,
 )
 from trackmark.reports.palette import colour, to_bgr
 from trackmark.reports.video import save_video
@@ -121,7 +121,7 @@ def test_overlay_shows_box_at_ground_truth_between_dashes():
 def test_overlay_accepts_absent_and_distant_boxes():
     before = GREY.copy()
     boxes = {"a": np.full(4, np.nan), "b": np.array([-1e9, -1e9, 1e12, 5])}
-    drawn = overlay(GREY, boxes, {"a": colour(0), "b": colour(1)}, words="7")
+    drawn = overlay(GREY, boxes, {"a": colour(0), "b": colour(1)}, caption="7")
     assert drawn.shape == GREY.shape
     assert np.array_equal(on_grey(np.full(4, np.nan)), GREY)
     assert np.array_equal(on_grey(np.empty((0, 2)), shape="contour"), GREY)
@@ -205,14 +205,14 @@ def test_film_strip_draws_ellipses_shades_and_words():
     boxes = {"a": np.tile([20.0, 10, 40, 30], (3, 1))}
     options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": colour(2)}}
     plain = film_strip(lambda number: GREY, [1], boxes, **options)
-    strip = film_strip(lambda number: GREY, [1], boxes, words={1: "initialising"}, **options)
+    strip = film_strip(lambda number: GREY, [1], boxes, remarks={1: "initialising"}, **options)
     assert is_colour(plain[10 * 4, 40 * 4], 2)
     assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
     assert np.argwhere((plain != strip).any(axis=2))[:, 1].min() > 8  # beyond the number
 
 
-def test_write_words_accepts_surrogates():
+def test_write_line_accepts_surrogates():
     image = np.zeros((30, 200, 3), np.uint8)
-    write_words(image, "caf\udce9", (5, 20))
+    write_line(image, "caf\udce9", (5, 20))
     assert image.any()
     assert legend(["caf\udce9"], {"caf\udce9": "#ff0000"}, 200).any()

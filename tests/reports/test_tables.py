@@ -25,7 +25,7 @@ def table():
     odd, missing = r"odd|_*&%$#{}~^\<", "— (1 of 1 failed)"
     rows = [
         [Cell("static"), Cell("0.250"), Cell("12.0")],
-        [Cell("camshift:hue_bins=16"), Cell("0.750", best=True), Cell("3.2", best=True)],
+        [Cell("camshift:hue_bins=16"), Cell("0.750", is_best=True), Cell("3.2", is_best=True)],
         [Cell(odd), Cell(missing), Cell(missing)],
     ]
     headings = ["tracker", "overlap", "error [px]"]
@@ -189,7 +189,7 @@ def test_cells_with_statements_are_texts():
 
 
 def test_table_without_data_writes_the_texts_of_its_cells():
-    cells = [[Cell("a"), Cell("1 ± 2", best=True)]]
+    cells = [[Cell("a"), Cell("1 ± 2", is_best=True)]]
     plain = Table("t", "", ["tracker", "score"], 1, cells)
     assert to_csv(plain) == "tracker,score\na,1 ± 2\n"
     assert json.loads(to_json(plain))["rows"] == [{"tracker": "a", "score": "1 ± 2"}]

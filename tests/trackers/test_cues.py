@@ -132,9 +132,9 @@ def test_kalman_contour_cue_matches_weighted_mean_and_variance():
         weights /= weights.sum()
         cue.receive(states, weights)
         mean = weights @ centres
-        np.testing.assert_allclose(cue.place.position, mean, atol=1e-9)
+        np.testing.assert_allclose(cue.motion.position, mean, atol=1e-9)
         np.testing.assert_allclose(
-            cue.place.covariances[:, 0, 0], weights @ (centres - mean) ** 2, rtol=1e-9
+            cue.motion.covariances[:, 0, 0], weights @ (centres - mean) ** 2, rtol=1e-9
         )
 
 

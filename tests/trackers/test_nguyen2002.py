@@ -272,7 +272,7 @@ def creeping(speed, features="rgb", **parameters):
         changed = float((appearance.template != target).any(axis=2).mean())
         if seen.share > tracker.parameters.gamma:
             return frame, changed
-        appearance.update(seen, first=frame == 0)
+        appearance.update(seen, is_first=frame == 0)
     return None, changed
 
 

@@ -150,7 +150,7 @@ IMAGE_BOX = np.array([[10.0, 20.0, 620.0, 440.0]])
     ],
 )
 def test_unseen_target_is_searched_in_entry_boxes(placement, entries, expected):
-    places = placed_particles(location_memory(entries=entries), placement)[:, np.newaxis, :2]
+    places = placed_particles(location_memory(entry_boxes=entries), placement)[:, np.newaxis, :2]
     inside = ((places >= expected[:, :2]) & (places <= expected[:, :2] + expected[:, 2:])).all(
         axis=2
     )

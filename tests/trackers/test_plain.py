@@ -190,7 +190,7 @@ def test_images_have_the_declared_channels(tmp_path, images, pixel):
     ):
         tracker.init(image, np.array(BOX))
         tracker.update(image)
-        assert tracker._tracker.seen == (pixel, False)
+        assert tracker.plain.seen == (pixel, False)
 
 
 def test_invalid_images_are_an_error_before_the_run(plain):
@@ -230,7 +230,7 @@ def test_random_arguments_are_equal_for_equal_seeds():
 
     plugin = to_plugin(make)
     assert plugin.randomness is Randomness.GENERATOR
-    created = [plugin(plugin.Parameters(), np.random.SeedSequence(s))._tracker for s in (1, 1, 2)]
+    created = [plugin(plugin.Parameters(), np.random.SeedSequence(s)).plain for s in (1, 1, 2)]
     assert (created[0].seed, created[0].draw) == (created[1].seed, created[1].draw)
     assert created[0].seed != created[2].seed
     assert type(created[0].seed) is int

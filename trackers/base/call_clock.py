@@ -137,20 +137,6 @@ class CallClock:
             self._schedstat = -1
 
 
-class SelfTimed:
-    """Base class of trackers that measure the time of their calls without conversion or transfer.
-
-    `call_time` has the times of the last call of `init` or `update`.
-    """
-
-    call_time: CallTime
-
-    @property
-    def device(self) -> str:
-        """Name of the accelerator; empty if unknown."""
-        return ""
-
-
 def synchronise(tracker: Any) -> None:
     """Wait until the accelerator has done the work of a tracker's call.
 

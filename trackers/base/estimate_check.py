@@ -104,21 +104,23 @@ def value_text(value: Any) -> str:
 
 def _fields(answer: Any) -> Dict[str, Any]:
     """Return the fields of an estimate in one of the forms of `read_estimate`, without a check."""
-    if isinstance(answer, Mapping):
-        return _mapping_fields(dict(answer))
-    named = _attributes(answer)
-    if "box" in named:
-        return named
+    if type(answer) not in (tuple, list):
+        if isinstance(answer, Mapping):
+            return _mapping_fields(dict(answer))
+        named = _attributes(answer)
+        if "box" in named:
+            return named
     if not (isinstance(answer, (tuple, list)) and len(answer) == 2):
         return {"box": answer}
     first, second = answer
-    if _is_truth(first):
+    is_array = type(first) is np.ndarray and first.ndim > 0  # neither a truth value nor a number
+    if not is_array and _is_truth(first):
         raise MalformedEstimateError(
             f"update returned {value_text(answer)}. This looks like (ok, box), as OpenCV's "
             "trackers return it. Return the box, or (box, confidence); return None if the target "
             "is lost"
         )
-    if _number(first) is not None:
+    if not is_array and _number(first) is not None:
         raise MalformedEstimateError(
             f"update returned {value_text(answer)}. Expected: (box, confidence), in this order"
         )

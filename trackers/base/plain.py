@@ -3,7 +3,6 @@
 `to_plugin` turns such a class into a `TrackerPlugin`; `plain_class.py` has the rules.
 """
 
-import sys
 import warnings
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -13,15 +12,20 @@ import numpy as np
 from pydantic import create_model
 
 from trackmark.trackers.base import plain_class
-from trackmark.trackers.base.call_clock import CallClock, SelfTimed, device_name, synchronise
-from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
+from trackmark.trackers.base.call_clock import device_name
+from trackmark.trackers.base.estimate_check import (
+    MalformedEstimateError,
+    read_box,
+    read_estimate,
+    value_text,
+)
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError, unknown_name_error
 
 _Plugin = TypeVar("_Plugin", bound=TrackerPlugin)
 
 
-class AdaptedTracker(TrackerPlugin, SelfTimed):
+class AdaptedTracker(TrackerPlugin):
     """Plugin that calls a tracker without a base class, which returns values of several forms.
 
     Attributes
@@ -69,7 +73,15 @@ class AdaptedTracker(TrackerPlugin, SelfTimed):
 class PlainTracker(AdaptedTracker):
     """Plugin that calls a plain tracker; see `to_plugin`.
 
-    `make` creates the plain tracker.
+    `make` creates the plain tracker. The harness measures and checks the calls of `plain` itself:
+    `update` would do both twice.
+
+    Attributes
+    ----------
+    plain : object
+        The plain tracker. Its method `update` gets a converted image.
+    plain_init : callable
+        Its method `init`, with the arguments converted image, box and mask.
     """
 
     make: ClassVar[Callable[..., Any]]
@@ -80,28 +92,26 @@ class PlainTracker(AdaptedTracker):
         tracker = plain_class.create(type(self).make, values, seed_number(seed), lambda: seed)
         try:
             plain_class.check_methods(tracker)
-            self._init = plain_class.adapt_init(tracker.init)
+            self.plain_init = plain_class.adapt_init(tracker.init)
             if not isinstance(type(self).make, type):  # a function: the object has the attribute
                 self.images = plain_class.declared_images(type(tracker))
         except ValueError as error:
             raise TrackerError(f"tracker {type(self).__name__!r}: {error}") from None
-        self._tracker = tracker
-        self._has_synchronise = hasattr(type(tracker), "synchronise")
-        self._clock = CallClock()
+        self.plain = tracker
 
     @property
     def device(self) -> str:
         """Name of the accelerator that the plain tracker uses; empty if unknown."""
-        return device_name(self._tracker)
+        return device_name(self.plain)
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
         self._last_box = np.array(box)
-        self._call(self._init, self.convert(image), box, mask)
+        self.plain_init(self.convert(image), box, mask)
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        answer = self._call(self._tracker.update, self.convert(image))
+        answer = self.plain.update(self.convert(image))
         try:
             estimate = self.estimate(read_estimate(answer, image.shape))
         except MalformedEstimateError as error:
@@ -109,15 +119,6 @@ class PlainTracker(AdaptedTracker):
         if isinstance(answer, Estimate):
             return replace(estimate, arrays=answer.arrays, revised=answer.revised)
         return estimate
-
-    def _call(self, method: Callable[..., Any], *arguments: Any) -> Any:
-        """Return the result of a method of the plain tracker; measure its time."""
-        self._clock.start()
-        result = method(*arguments)
-        if self._has_synchronise or "torch" in sys.modules:
-            synchronise(self._tracker)
-        self.call_time = self._clock.stop()
-        return result
 
 
 def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:
@@ -157,6 +158,24 @@ def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:
         __module__=make.__module__,
         __qualname__=getattr(make, "__qualname__", description["class"]),
     )
+
+
+def read_answer(tracker: Any, answer: Any, shape: tuple[int, ...]) -> dict[str, Any]:
+    """Return the fields of the estimate that `update` of a tracker returned; see `read_estimate`.
+
+    `tracker` is a plugin, and `answer` is what `PlainTracker.plain` returned if it is a plain one.
+    Other plugins must return an `Estimate`, which has a box unless the target is not visible.
+
+    Raises `MalformedEstimateError` for any other value.
+    """
+    if not isinstance(tracker, PlainTracker):
+        if not isinstance(answer, Estimate):
+            raise MalformedEstimateError(
+                f"update returned {value_text(answer)}. Expected: an Estimate"
+            )
+        if answer.box is None and answer.visible:
+            read_box(answer.box)  # raises the error
+    return read_estimate(answer, shape)
 
 
 def create_plugin(

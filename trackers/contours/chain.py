@@ -139,14 +139,14 @@ def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ..
     Combination i contains hypothesis i of the last cue and has its weight.
     """
     last = hypotheses[-1]
-    chosen = [np.arange(len(last.weights), dtype=np.intp)]
+    combinations = [np.arange(len(last.weights), dtype=np.intp)]
     for later in reversed(hypotheses[1:]):
         if later.attached is None:
             raise ValueError(
                 "the hypotheses of a cue are not attached to hypotheses of the previous cue."
             )
-        chosen.append(later.attached[chosen[-1]])
-    return tuple(reversed(chosen))
+        combinations.append(later.attached[combinations[-1]])
+    return tuple(reversed(combinations))
 
 
 def normalise_weights(weights: Array) -> Array:

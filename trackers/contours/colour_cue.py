@@ -69,8 +69,8 @@ class ColourDynamics:
             MAX_EIGENVALUE,
             out=moved[:, :, EIGENVALUES],
         )
-        for part in (moved[:, :n_target, WEIGHT], moved[:, n_target:, WEIGHT]):
-            part /= part.sum(axis=1, keepdims=True)
+        for class_weights in (moved[:, :n_target, WEIGHT], moved[:, n_target:, WEIGHT]):
+            class_weights /= class_weights.sum(axis=1, keepdims=True)
         return moved
 
 

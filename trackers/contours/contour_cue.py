@@ -113,16 +113,16 @@ class KalmanContourCue(ContourCue):
         super().__init__(start, count, dynamics, *judging)
         # An acceleration a moves the target by a / 2 in one frame.
         noise = 2 * sqrt(float(np.mean(dynamics.shift**2)))
-        self.place = ConstantVelocity(start.mean(axis=0), dynamics.shift, noise)
+        self.motion = ConstantVelocity(start.mean(axis=0), dynamics.shift, noise)
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
         states[: len(self.anchors)] = self.anchors
         shapes = self.dynamics.deform(states, generator)
-        self.place.predict()
-        spread = np.sqrt(self.place.covariances[:, 0, 0])
-        places = self.place.position + generator.normal(size=(len(states), 2)) * spread
-        placed: Array = shapes + (places - shapes.mean(axis=1))[:, np.newaxis]
+        self.motion.predict()
+        spread = np.sqrt(self.motion.covariances[:, 0, 0])
+        positions = self.motion.position + generator.normal(size=(len(states), 2)) * spread
+        placed: Array = shapes + (positions - shapes.mean(axis=1))[:, np.newaxis]
         return placed
 
     def receive(self, states: Array, weights: Array) -> None:
@@ -131,14 +131,14 @@ class KalmanContourCue(ContourCue):
         centres = states.mean(axis=1)
         mean = weights @ centres
         variance = weights @ (centres - mean) ** 2
-        before, predicted = self.place.covariances[:, 0, 0], self.place.position
+        before, predicted = self.motion.covariances[:, 0, 0], self.motion.position
         measured, deviations = predicted.copy(), np.full(2, inf)
         # Weights that do not reduce the variance contain no measurement.
         informative = variance < before
         gains = 1 - variance[informative] / before[informative]
         measured[informative] += (mean - predicted)[informative] / gains
         deviations[informative] = np.sqrt(before[informative] * (1 - gains) / gains)
-        self.place.correct(measured, deviations)
+        self.motion.correct(measured, deviations)
 
 
 def _bounding_window(window: Rectangle, contours: Array, width: int, height: int) -> Rectangle:

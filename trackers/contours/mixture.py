@@ -45,8 +45,8 @@ def fit_mixture(
     nearest = np.zeros(len(points), np.int64)
     for component, uniform in enumerate(generator.random(components)):
         sums = np.cumsum(distances)
-        chosen = np.searchsorted(sums, uniform * sums[-1], side="right")
-        centres[component] = points[min(chosen, len(points) - 1)]
+        drawn = np.searchsorted(sums, uniform * sums[-1], side="right")
+        centres[component] = points[min(drawn, len(points) - 1)]
         squares = np.square(points - centres[component]).sum(axis=1)
         closer = (squares < distances) | (component == 0)
         nearest[closer] = component
@@ -130,8 +130,8 @@ def to_components(mixture: Mixture) -> Array:
     middle, half = (xx + yy) / 2, np.hypot(xx - yy, twice_xy) / 2
     angle = np.arctan2(twice_xy, xx - yy) / 2
     means = mixture.means
-    numbers = mixture.weights, means[..., 0], means[..., 1], middle + half, middle - half, angle
-    return np.stack(numbers, axis=-1)
+    components = mixture.weights, means[..., 0], means[..., 1], middle + half, middle - half, angle
+    return np.stack(components, axis=-1)
 
 
 def from_components(components: Array) -> Mixture:

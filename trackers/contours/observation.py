@@ -45,17 +45,17 @@ def colour_cells(image: Image, levels: int = 20) -> ColourCells:
             totals[cell, 2] += blue
             totals[cell, 3] += 1
     occupied = np.flatnonzero(totals[:, 3])
-    numbers = np.empty(len(totals), np.int32)
+    index_of_cell = np.empty(len(totals), np.int32)
     colours = np.empty((len(occupied), 3))
     sizes = np.empty(len(occupied), np.int64)
-    for number, cell in enumerate(occupied):
-        numbers[cell] = number
-        sizes[number] = totals[cell, 3]
+    for index, cell in enumerate(occupied):
+        index_of_cell[cell] = index
+        sizes[index] = totals[cell, 3]
         for channel in range(3):
-            colours[number, channel] = totals[cell, channel] / (255.0 * sizes[number])
+            colours[index, channel] = totals[cell, channel] / (255.0 * sizes[index])
     for row in range(rows):
         for column in range(columns):
-            cells[row, column] = numbers[cells[row, column]]
+            cells[row, column] = index_of_cell[cells[row, column]]
     return ColourCells(colours, cells, sizes)
 
 
@@ -170,9 +170,9 @@ def with_colour_sets(
     if not beyond.any():
         beyond = within
     sets = []
-    for region, count, parts in zip((within, beyond), points, components, strict=True):
+    for region, count, n_components in zip((within, beyond), points, components, strict=True):
         colours = draw_colours(image, region, count, generator)
-        mixture = fit_mixture(colours, parts, generator, iterations=FIRST_STEPS)
+        mixture = fit_mixture(colours, n_components, generator, iterations=FIRST_STEPS)
         sets.append(ColourSet(colours, mixture))
     return observation._replace(inside=sets[0], outside=sets[1])
 

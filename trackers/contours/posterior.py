@@ -112,7 +112,7 @@ def _tables(
     scores = np.zeros(len(planes))
     terms = np.empty((n_components, BLOCK), np.float32)
     largest = np.empty(BLOCK, np.float32)
-    others = np.empty(BLOCK, np.float32)
+    background = np.empty(BLOCK, np.float32)
     for begin in range(0, n_colours, BLOCK):
         end = min(begin + BLOCK, n_colours)
         some = end - begin
@@ -124,12 +124,12 @@ def _tables(
                 _exponents(x, y, (a, b, c, d, e, k), terms[m, :some], largest[:some])
             table = tables[j, begin:end]
             table[:] = 0.0
-            others[:] = 0.0
+            background[:] = 0.0
             for m in range(n_target):
                 _add_powers(terms[m, :some], largest[:some], table)
             for m in range(n_target, n_components):
-                _add_powers(terms[m, :some], largest[:some], others[:some])
-            scores[j] += _normalise(table, others[:some], contrast[begin:end])
+                _add_powers(terms[m, :some], largest[:some], background[:some])
+            scores[j] += _normalise(table, background[:some], contrast[begin:end])
     return tables, scores
 
 
@@ -152,22 +152,22 @@ def _add_powers(exponents: Array32, largest: Array32, totals: Array32) -> None:
     """Add 2^(exponent - largest), written such that the compiler generates vector code."""
     for i in range(len(exponents)):
         exponent = max(exponents[i] - largest[i], LOWEST)
-        whole = np.rint(exponent)
-        f = exponent - whole
+        rounded = np.rint(exponent)
+        f = exponent - rounded
         power = FACTOR_4 + f * FACTOR_5
         power = FACTOR_3 + f * power
         power = FACTOR_2 + f * power
         power = FACTOR_1 + f * power
         power = FACTOR_0 + f * power
-        bits = np.float32(power).view(np.int32) + (np.int32(whole) << np.int32(23))
+        bits = np.float32(power).view(np.int32) + (np.int32(rounded) << np.int32(23))
         totals[i] += np.int32(bits).view(np.float32)
 
 
 @njit(cache=True, fastmath={"contract", "reassoc"})
-def _normalise(table: Array32, others: Array32, contrast: Array) -> float:
+def _normalise(table: Array32, background: Array32, contrast: Array) -> float:
     """Normalise the target's terms in `table` to posteriors; return Σ posterior · contrast."""
     score = 0.0
     for i in range(len(table)):
-        table[i] /= table[i] + others[i]
+        table[i] /= table[i] + background[i]
         score += table[i] * contrast[i]
     return score

@@ -190,7 +190,9 @@ class Segmenter(SharingTracker):
     def chain_from(self, start: ChainStart) -> Chain[Observation]:
         """Return the chain of plane, colour and contour cues in the first frame."""
 
-    def contour_cue(self, start: ChainStart, kind: type[ContourCue] = ContourCue) -> ContourCue:
+    def contour_cue(
+        self, start: ChainStart, cue_class: type[ContourCue] = ContourCue
+    ) -> ContourCue:
         """Return the contour cue in the first frame."""
         parameters = self.parameters
         affine = [
@@ -198,7 +200,7 @@ class Segmenter(SharingTracker):
             [parameters.shear_y_spread, parameters.stretch_y_spread],
         ]
         shift = np.array([parameters.shift_x_spread, parameters.shift_y_spread])
-        self.contours = kind(
+        self.contours = cue_class(
             start.contour,
             parameters.contour_samples,
             ContourDynamics(np.array(affine), shift * start.width / REFERENCE_WIDTH),

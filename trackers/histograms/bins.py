@@ -45,11 +45,11 @@ def _colour_table(codes: Callable[[Image], Codes]) -> Codes:
     plane = np.empty((256, 256, 3), np.uint8)
     plane[..., 1] = np.arange(256)[:, np.newaxis]
     plane[..., 2] = np.arange(256)
-    places = _SPREAD[:, np.newaxis] << 1 | _SPREAD
+    columns = _SPREAD[:, np.newaxis] << 1 | _SPREAD
     table = np.empty(256**3, np.uint16)
     for blue in range(256):
         plane[..., 0] = blue
-        table[_SPREAD[blue] << 2 | places] = codes(plane)
+        table[_SPREAD[blue] << 2 | columns] = codes(plane)
     return table
 
 

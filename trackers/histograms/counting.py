@@ -70,8 +70,8 @@ def count_ellipses(
     right, bottom = np.clip((centres + half_axes).max(axis=0) + 1, 0, limits).astype(int).tolist()
     high = bool(half_axes[0, 1] > half_axes[0, 0])
     if width * height < frame.sharers * (right - left) * (bottom - top):
-        whole = frame_codes(frame, colours, high)
-        codes = whole[left:right, top:bottom] if high else whole[top:bottom, left:right]
+        all_codes = frame_codes(frame, colours, high)
+        codes = all_codes[left:right, top:bottom] if high else all_codes[top:bottom, left:right]
     else:
         codes = colours.codes(frame.image[top:bottom, left:right], high)
     return ellipse_counts(codes, (left, top), high, ellipses, kernel, bins, colours.n_bins)

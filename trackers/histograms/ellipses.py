@@ -46,7 +46,7 @@ class MeanShiftResult(NamedTuple):
     y: float
     coefficient: float  # Bhattacharyya coefficient in [0, 1]; 0 if no pixel has a model bin
     iterations: int  # number of steps
-    complete: bool  # False: the ellipse left the window, and a larger window is needed
+    is_complete: bool  # False: the ellipse left the window, and a larger window is needed
 
 
 class _EllipsePixels(NamedTuple):
@@ -83,9 +83,9 @@ def ellipse_counts(
     left, top = corner
     if transposed:
         ellipses, left, top = ellipses[:, [1, 0, 3, 2]], top, left
-    places = _slots_of_pixels(codes, slots)
+    pixel_slots = _slots_of_pixels(codes, slots)
     return EllipseCounts(
-        *_count_slots(places, left, top, ellipses, KERNELS.index(kernel), len(bins))
+        *_count_slots(pixel_slots, left, top, ellipses, KERNELS.index(kernel), len(bins))
     )
 
 
@@ -106,11 +106,11 @@ def _count_slots(
     n = len(ellipses)
     counts = np.empty((n, n_asked), np.int64)
     totals, pixels = np.zeros(n, np.int64), np.zeros(n, np.int64)
-    buffers, parts = _buffers(pixel_slots), np.empty((4, n_asked + 1), np.int64)
+    buffers, histograms = _buffers(pixel_slots), np.empty((4, n_asked + 1), np.int64)
     across, down, starts, stops = buffers
-    rows = parts[0], parts[1], parts[2], parts[3]
+    rows = histograms[0], histograms[1], histograms[2], histograms[3]
     for i in range(n):
-        parts[:] = 0
+        histograms[:] = 0
         x, y, half_x, half_y = ellipses[i]
         fall_x, fall_y = _FULL / (half_x * half_x), _FULL / (half_y * half_y)
         if kernel == _ISOTROPIC:
@@ -122,14 +122,14 @@ def _count_slots(
             start, stop = starts[row], stops[row]
             pixels[i] += stop - start
             _add_weights(pixel_slots[row], start, stop, _FULL - down[row], across, rows)
-        totals[i] = parts.sum()
+        totals[i] = histograms.sum()
         for slot in range(n_asked):
             slot_index = slot + 1
             counts[i, slot] = (
-                parts[0, slot_index]
-                + parts[1, slot_index]
-                + parts[2, slot_index]
-                + parts[3, slot_index]
+                histograms[0, slot_index]
+                + histograms[1, slot_index]
+                + histograms[2, slot_index]
+                + histograms[3, slot_index]
             )
     return counts, totals, pixels
 
@@ -185,22 +185,22 @@ def _axis_range(centre: float, reach: float, origin: int, size: int) -> tuple[in
 
 @njit(cache=True, inline="always")
 def _add_weights(
-    line: Codes, start: int, stop: int, maximum: int, falls: Counts, parts: tuple[Counts, ...]
+    line: Codes, start: int, stop: int, maximum: int, falls: Counts, histograms: tuple[Counts, ...]
 ) -> None:
-    """Add weights `most` - `falls` to four histograms in turn, to avoid dependent additions."""
-    part_0, part_1, part_2, part_3 = parts
+    """Add weights `maximum` - `falls` to four histograms in turn, to avoid dependent additions."""
+    histogram_0, histogram_1, histogram_2, histogram_3 = histograms
     quads = start + (stop - start) // 4 * 4
     # Unsigned indices avoid the check for negative ones.
     for column in range(start, quads, 4):
         i, j = np.uintp(column), np.uintp(column + 1)
         k, m = np.uintp(column + 2), np.uintp(column + 3)
-        part_0[np.uintp(line[i])] += maximum - falls[i]
-        part_1[np.uintp(line[j])] += maximum - falls[j]
-        part_2[np.uintp(line[k])] += maximum - falls[k]
-        part_3[np.uintp(line[m])] += maximum - falls[m]
+        histogram_0[np.uintp(line[i])] += maximum - falls[i]
+        histogram_1[np.uintp(line[j])] += maximum - falls[j]
+        histogram_2[np.uintp(line[k])] += maximum - falls[k]
+        histogram_3[np.uintp(line[m])] += maximum - falls[m]
     for column in range(quads, stop):
         i = np.uintp(column)
-        part_0[np.uintp(line[i])] += maximum - falls[i]
+        histogram_0[np.uintp(line[i])] += maximum - falls[i]
 
 
 @njit(cache=True)
@@ -248,23 +248,23 @@ def mean_shift(
     `ellipse`: initial centre x, y, and half axes, above 0 [pixels].
     """
     x, y, half_width, half_height = ellipse
-    parts, weights = np.empty((4, n_bins), np.int64), np.zeros(n_bins)
+    histograms, weights = np.empty((4, n_bins), np.int64), np.zeros(n_bins)
     pixels = _buffers(window.codes)
-    complete, first, last, begin = _count(window, x, y, half_width, half_height, pixels, parts)
+    complete, first, last, begin = _count(window, x, y, half_width, half_height, pixels, histograms)
     if not complete:
         return MeanShiftResult(x, y, 0.0, 0, False)
-    coefficient = _weigh(parts, bins, model, weights)
+    coefficient = _weigh(histograms, bins, model, weights)
     iterations = 0
     while coefficient > 0.0 and iterations < max_iterations:
         iterations += 1
         new_x, new_y = _centroid(window, pixels, first, last, begin, weights)
         while True:
             complete, first, last, begin = _count(
-                window, new_x, new_y, half_width, half_height, pixels, parts
+                window, new_x, new_y, half_width, half_height, pixels, histograms
             )
             if not complete:
                 return MeanShiftResult(x, y, 0.0, iterations, False)
-            new_coefficient = _weigh(parts, bins, model, weights)
+            new_coefficient = _weigh(histograms, bins, model, weights)
             step = np.hypot(new_x - x, new_y - y)
             if not halving or new_coefficient >= coefficient:
                 break
@@ -285,7 +285,7 @@ def _count(
     half_width: float,
     half_height: float,
     pixels: _EllipsePixels,
-    parts: Counts,
+    histograms: Counts,
 ) -> tuple[bool, int, int, int]:
     """Fill pixels and histogram; return whether the window covers the ellipse, and its lines."""
     left, right = _axis_range(x, half_width, 0, window.width)
@@ -296,12 +296,12 @@ def _count(
     complete = empty or (wide_enough and window.top <= top and bottom <= window.top + n_rows)
     first, last, begin = 0, 0, 0
     if complete:
-        parts[:] = 0
+        histograms[:] = 0
         fall_x, fall_y = _FULL / (half_width * half_width), _FULL / (half_height * half_height)
         first, last, begin = _rasterise(
             y, x, half_height, half_width, fall_y, fall_x, window.top, window.left, pixels
         )
-        rows = parts[0], parts[1], parts[2], parts[3]
+        rows = histograms[0], histograms[1], histograms[2], histograms[3]
         across, down, starts, stops = pixels
         for column in range(first, last):
             start, stop = starts[column], stops[column]
@@ -310,15 +310,15 @@ def _count(
 
 
 @njit(cache=True)
-def _weigh(parts: Counts, bins: Counts, model: Array, weights: Array) -> float:
+def _weigh(histograms: Counts, bins: Counts, model: Array, weights: Array) -> float:
     """Fill the weights √(q/p) of the model's bins; return the coefficient Σ √(p q)."""
-    total = np.float64(parts.sum())
+    total = np.float64(histograms.sum())
     if total == 0.0:
         return 0.0
     summed = 0.0
     for k in range(len(bins)):
         u = bins[k]
-        p = (parts[0, u] + parts[1, u] + parts[2, u] + parts[3, u]) / total
+        p = (histograms[0, u] + histograms[1, u] + histograms[2, u] + histograms[3, u]) / total
         weights[u] = np.sqrt(model[k] / p) if p > 0.0 else 0.0
         summed += np.sqrt(p * model[k])
     return float(min(summed, 1.0))

@@ -181,7 +181,7 @@ class TargetEllipse:
         location = Location(
             result.x, result.y, half_width, half_height, result.coefficient, result.iterations
         )
-        return location, result.complete
+        return location, result.is_complete
 
     def _histograms(self, frame: SharedFrame, ellipses: Array) -> EllipseCounts:
         return count_ellipses(frame, ellipses, "epanechnikov", self._colours, self._bins)

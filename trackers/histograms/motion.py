@@ -131,29 +131,33 @@ SIZE_SPREAD = 0.08  # standard deviation of the logarithm of the size, with `pre
 class LocationMemory:
     """Last positions of a target, and the boxes in which it can enter.
 
-    `entries` (k, 4) are boxes for the centre of an entering target, such as doors. By default,
+    `entry_boxes` (k, 4) are boxes for the centre of an entering target, such as doors. By default,
     these are the left and the right border, at the last y position of the target. Raises
     TrackerError if entries are not boxes.
     """
 
     half_axes: Array  # (2,): last Hx and Hy [pixels]
     image_size: tuple[int, int]  # width and height [pixels]
-    entries: Array | None = None
+    entry_boxes: Array | None = None
     _last_seen: Array | None = None
     _reliable: deque[tuple[int, Array]] = field(default_factory=lambda: deque(maxlen=N_REMEMBERED))
 
     def __post_init__(self) -> None:
-        if self.entries is None:
+        if self.entry_boxes is None:
             return
-        self.entries = np.array(self.entries, float)
-        if self.entries.ndim != 2 or self.entries.shape[1] != 4 or len(self.entries) == 0:
-            shape = self.entries.shape
+        self.entry_boxes = np.array(self.entry_boxes, float)
+        if (
+            self.entry_boxes.ndim != 2
+            or self.entry_boxes.shape[1] != 4
+            or len(self.entry_boxes) == 0
+        ):
+            shape = self.entry_boxes.shape
             raise TrackerError(
                 f"the array of regions has shape {shape}. Expected: boxes, shape (k, 4) with k > 0."
             )
-        if not np.isfinite(self.entries).all() or (self.entries[:, 2:] < 0).any():
+        if not np.isfinite(self.entry_boxes).all() or (self.entry_boxes[:, 2:] < 0).any():
             raise TrackerError(
-                f"invalid regions {self.entries.tolist()}. Expected: finite boxes without a "
+                f"invalid regions {self.entry_boxes.tolist()}. Expected: finite boxes without a "
                 "negative size."
             )
 
@@ -174,7 +178,7 @@ class LocationMemory:
         the entry boxes and half around the last probable position, with deviations of 3 Hx in x and
         Hx in y. `predicted` draws 30 % in the entry boxes and 70 % around the prediction by the
         mean velocity. Before the first stored position, all particles are in the entry boxes. With
-        `image`, this applies only if `entries` were given.
+        `image`, this applies only if `entry_boxes` were given.
         """
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)
@@ -188,10 +192,12 @@ class LocationMemory:
         n_near = round(share * n)
         around = centre + deviation * random.standard_normal((n_near, 2))
         has_not_entered = (
-            self.entries is not None and self._last_seen is None
+            self.entry_boxes is not None and self._last_seen is None
         )  # the target has not entered yet
         boxes = (
-            self._image_box() if placement == "image" and not has_not_entered else self._entries()
+            self._image_box()
+            if placement == "image" and not has_not_entered
+            else self._entry_boxes()
         )
         entry_boxes = boxes[random.integers(len(boxes), size=n - n_near)]
         inside = entry_boxes[:, :2] + random.random((n - n_near, 2)) * entry_boxes[:, 2:]
@@ -212,9 +218,9 @@ class LocationMemory:
         low = np.minimum(self.half_axes, size / 2)
         return np.concatenate([low, size - 2 * low])[np.newaxis]
 
-    def _entries(self) -> Array:
-        if self.entries is not None:
-            return self.entries
+    def _entry_boxes(self) -> Array:
+        if self.entry_boxes is not None:
+            return self.entry_boxes
         half_width, half_height = self.half_axes
         width, height = self.image_size
         middle = height / 2 if self._last_seen is None else self._last_seen[1]

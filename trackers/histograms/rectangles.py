@@ -96,31 +96,31 @@ class IntegralHistogram(NamedTuple):
     """
 
     sums: Words  # (height + 1, words, width + 1): above and left of a pixel corner
-    places: Ints  # (bins,): where each bin is counted, 4 · word + quarter; -1 if it is not
+    slots: Ints  # (bins,): where each bin is counted, 4 · word + quarter; -1 if it is not
 
 
 def integral_histogram(codes: Codes, votes: Votes, bins: Ints, n_bins: int) -> IntegralHistogram:
     """Return the integral histogram (Porikli 2005); parameters as in `direct_counts`."""
     height, width = codes.shape
-    places = np.full(n_bins, -1)
-    places[bins] = np.arange(len(bins))
+    slots = np.full(n_bins, -1)
+    slots[bins] = np.arange(len(bins))
     # NumPy requests huge pages for large arrays; an array allocated in the kernel is slower.
     sums = np.empty((height + 1, (len(bins) + 3) // 4, width + 1), np.uint64)
-    _sum_up(codes, votes, places, sums)
-    return IntegralHistogram(sums, places)
+    _sum_up(codes, votes, slots, sums)
+    return IntegralHistogram(sums, slots)
 
 
 @njit(cache=True)
-def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
+def _sum_up(codes: Codes, votes: Votes, slots: Ints, sums: Words) -> None:
     """Fill the sums of an integral histogram."""
     height, width = codes.shape
     n_words = sums.shape[1]
     added = np.zeros((n_words, len(votes)), np.uint64)  # increment of a word by a pixel, by code
     for code in range(len(votes)):
         for vote in range(votes.shape[1]):
-            place = places[votes[code, vote]]
-            if place >= 0:
-                added[place // 4, code] += np.uint64(1) << np.uint64(16 * (place % 4))
+            slot = slots[votes[code, vote]]
+            if slot >= 0:
+                added[slot // 4, code] += np.uint64(1) << np.uint64(16 * (slot % 4))
     sums[0] = 0
     for row in range(height):
         for word in range(n_words):
@@ -132,7 +132,7 @@ def _sum_up(codes: Codes, votes: Votes, places: Ints, sums: Words) -> None:
 
 
 @njit(cache=True)
-def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Counts:
+def integral_counts(sums: Words, slots: Ints, regions: Ints, bins: Ints) -> Counts:
     """Count as `direct_counts` does, in bands of at most 65535 pixels, as counts have 16 bits."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
@@ -141,9 +141,9 @@ def integral_counts(sums: Words, places: Ints, regions: Ints, bins: Ints) -> Cou
         for start in range(top, bottom, rows):
             stop = min(start + rows, bottom)
             for j in range(len(bins)):
-                place = places[bins[j]]
-                if place >= 0:
-                    word, shift = place // 4, np.uint64(16 * (place % 4))
+                slot = slots[bins[j]]
+                if slot >= 0:
+                    word, shift = slot // 4, np.uint64(16 * (slot % 4))
                     inside = sums[stop, word, right] - sums[start, word, right]
                     outside = sums[stop, word, left] - sums[start, word, left]
                     counts[i, j] += ((inside - outside) >> shift) & np.uint64(0xFFFF)

@@ -110,10 +110,10 @@ class TargetModel:
         self.models = np.tile(first, (particles, 1)) if apart else None
         self.bins = np.arange(len(first)) if apart else np.flatnonzero(first)
 
-    def select(self, chosen: NDArray[np.intp]) -> None:
+    def select(self, indices: NDArray[np.intp]) -> None:
         """Replace the models by those of the particles that resampling selected."""
         if self.models is not None:
-            self.models = self.models[chosen]
+            self.models = self.models[indices]
 
     def reset(self) -> None:
         """Set the models of all particles to the current model."""
@@ -196,14 +196,14 @@ class Background:
             np.arange(half, size - half + 1e-9, max(spacing, 1.0))
             for half, size in zip(half_axes.tolist(), (width, height), strict=True)
         )
-        places = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
+        positions = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
         if target_centre is not None:
-            places = places[(np.abs(places - target_centre) >= 2 * half_axes).any(axis=1)]
-        self.positions = places
+            positions = positions[(np.abs(positions - target_centre) >= 2 * half_axes).any(axis=1)]
+        self.positions = positions
         bins, roots, ends = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(1, np.int64)]
         # In batches, because complete histograms of all positions could be large.
-        for start in range(0, len(places), _BATCH):
-            some = places[start : start + _BATCH]
+        for start in range(0, len(positions), _BATCH):
+            some = positions[start : start + _BATCH]
             ellipses = np.hstack([some, np.tile(half_axes, (len(some), 1))])
             counted = count_ellipses(frame, ellipses, kernel, colours, np.arange(colours.n_bins))
             rows, filled = np.nonzero(counted.counts)

@@ -70,7 +70,7 @@ class ColourBinning(NamedTuple):
     maximum_value: float
 
 
-def weight_bits(rows: int, columns: int) -> int:
+def weight_bits(n_rows: int, n_columns: int) -> int:
     """Return the number of fraction bits, 1 to 40, for which no moment of an image overflows.
 
     Examples
@@ -78,30 +78,32 @@ def weight_bits(rows: int, columns: int) -> int:
     >>> weight_bits(115, 142), weight_bits(480, 640), weight_bits(2160, 3840)
     (40, 34, 27)
     """
-    maximum = rows * columns * max(rows, columns)
+    maximum = n_rows * n_columns * max(n_rows, n_columns)
     return min(40, 62 - maximum.bit_length())
 
 
 @njit(cache=True)
-def window_region(x: float, y: float, width: int, height: int, rows: int, columns: int) -> Region:
+def window_region(
+    x: float, y: float, width: int, height: int, n_rows: int, n_columns: int
+) -> Region:
     """Return the part in the image of a window around (x, y); empty if it is outside."""
     left = int(np.floor(x - width / 2 + 0.5 + ROUNDING))
     top = int(np.floor(y - height / 2 + 0.5 + ROUNDING))
-    first_column, first_row = min(max(left, 0), columns), min(max(top, 0), rows)
+    first_column, first_row = min(max(left, 0), n_columns), min(max(top, 0), n_rows)
     return Region(
         first_column,
         first_row,
-        max(min(left + width, columns), first_column),
-        max(min(top + height, rows), first_row),
+        max(min(left + width, n_columns), first_column),
+        max(min(top + height, n_rows), first_row),
     )
 
 
 @njit(cache=True)
-def enclosing_region(points: Array, width: int, height: int, rows: int, columns: int) -> Region:
+def enclosing_region(points: Array, width: int, height: int, n_rows: int, n_columns: int) -> Region:
     """Return the smallest region that contains the windows at all points (n, 2)."""
-    left, top, right, bottom = columns, rows, 0, 0
+    left, top, right, bottom = n_columns, n_rows, 0, 0
     for x, y in points:
-        window = window_region(x, y, width, height, rows, columns)
+        window = window_region(x, y, width, height, n_rows, n_columns)
         left, top = min(left, window.left), min(top, window.top)
         right, bottom = max(right, window.right), max(bottom, window.bottom)
     return Region(left, top, right, bottom)
@@ -216,8 +218,8 @@ def moments_in_window(sums: Ints, region: Region, window: Region) -> tuple[int, 
 def drift(
     sums: Ints,
     region: Region,
-    rows: int,
-    columns: int,
+    n_rows: int,
+    n_columns: int,
     points: Array,
     width: int,
     height: int,
@@ -240,7 +242,7 @@ def drift(
         step = np.inf
         iterations = 0
         while True:
-            window = window_region(x, y, width, height, rows, columns)
+            window = window_region(x, y, width, height, n_rows, n_columns)
             if not contains(region, window):
                 return moved, window
             total, total_x, total_y = moments_in_window(sums, region, window)

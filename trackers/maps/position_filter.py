@@ -83,10 +83,10 @@ class PositionFilter(SharingTracker):
         weights = normalise_log_weights(
             (similarity - 1) / (2 * parameters.sigma**2)
         )  # equations 9 to 11
-        chosen = SCHEMES[parameters.resampling](weights, self._uniforms())
-        estimate = self._mean_position(weights, moved.points, chosen)
+        indices = SCHEMES[parameters.resampling](weights, self._uniforms())
+        estimate = self._mean_position(weights, moved.points, indices)
         steps = moved.points - self._positions
-        self._positions, self._steps = moved.points[chosen], steps[chosen]
+        self._positions, self._steps = moved.points[indices], steps[indices]
         details = self._particle_details(weights, moved.points)
         details["iterations"] = float(moved.iterations.mean())
         details |= joint.details(estimate, window)
@@ -129,13 +129,13 @@ class PositionFilter(SharingTracker):
             return np.full(n, self._generator.random())
         return self._generator.random(n)
 
-    def _mean_position(self, weights: Array, points: Array, chosen: NDArray[np.intp]) -> Array:
+    def _mean_position(self, weights: Array, points: Array, indices: NDArray[np.intp]) -> Array:
         """Return the estimated position (2,) by an interpretation of equation 12."""
         match self.parameters.estimate:
             case "mean":
                 estimate = mean_state(weights, points)
             case "resampled":
-                estimate = points[chosen].mean(axis=0)
+                estimate = points[indices].mean(axis=0)
             case _:
                 estimate = points[weights.argmax()]
         return estimate

@@ -28,9 +28,9 @@ class NoiseModel(NamedTuple):
     trimmed: bool  # True: first covariance of inliers only; False: of all pixels
     grid_step: float  # search step that the first covariance accounts for; 0: none [pixels]
     average: int  # K: number of frames over which the covariance is averaged
-    full: bool  # False: components are treated as uncorrelated
+    correlated: bool  # False: components of a pixel count as uncorrelated
     adaptive: bool  # True: state noise follows the residuals (equation 14); False: it is 0
-    gate: bool  # True: outliers do not update the template
+    excludes_outliers: bool  # True: outliers do not update the template
     patience: int  # consecutive outlier frames after which a pixel takes its new value
 
 
@@ -101,7 +101,9 @@ class TemplateFilter:
         """
         covariance, trimmed = self.residual, self._noise.trimmed
         for _ in range(N_PASSES if trimmed else 1):
-            comparison = self._compare_by(features, covariance, gate=self._noise.gate and trimmed)
+            comparison = self._compare_by(
+                features, covariance, excludes_outliers=self._noise.excludes_outliers and trimmed
+            )
             covariance = comparison.covariance
         if self._noise.grid_step > 0:
             down, across = np.gradient(self.template, axis=(0, 1))
@@ -115,12 +117,14 @@ class TemplateFilter:
 
     def compare(self, features: Array) -> TemplateComparison:
         """Return the residuals of a view (height, width, d)."""
-        return self._compare_by(features, self.residual, gate=self._noise.gate)
+        return self._compare_by(
+            features, self.residual, excludes_outliers=self._noise.excludes_outliers
+        )
 
-    def update(self, comparison: TemplateComparison, *, first: bool) -> None:
-        """Update the template by a view (equations 8 to 14); `first`: the view of `start`."""
+    def update(self, comparison: TemplateComparison, *, is_first: bool) -> None:
+        """Update the template by a view (equations 8 to 14); `is_first`: the view of `start`."""
         noise = self._noise
-        if not first:
+        if not is_first:
             self._history.append(comparison.covariance)
             self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
         self.state, gain, self._estimate = _step(
@@ -130,25 +134,33 @@ class TemplateFilter:
             self.template,
             self._components,
             comparison.features,
-            comparison.outliers & noise.gate,
+            comparison.outliers & noise.excludes_outliers,
             self._outlying,
             gain,
             noise.patience,
         )
 
-    def _compare_by(self, features: Array, covariance: Array, *, gate: bool) -> TemplateComparison:
+    def _compare_by(
+        self, features: Array, covariance: Array, *, excludes_outliers: bool
+    ) -> TemplateComparison:
         inverse = np.asarray(np.linalg.inv(covariance), np.float64)
         outliers = np.empty(features.shape[:2], np.bool_)
         products, inliers = _compare(
-            features, self.template, self._components, inverse, self._noise.limit, gate, outliers
+            features,
+            self.template,
+            self._components,
+            inverse,
+            self._noise.limit,
+            excludes_outliers,
+            outliers,
         )
         share = float(np.count_nonzero(outliers) / outliers.size)
-        factor = self._noise.factor if gate else 1.0
+        factor = self._noise.factor if excludes_outliers else 1.0
         mean = products / inliers * factor if inliers else covariance
         return TemplateComparison(features, outliers, share, self._constrain(mean))
 
     def _constrain(self, covariance: Array) -> Array:
-        if not self._noise.full:
+        if not self._noise.correlated:
             covariance = np.diag(np.diag(covariance))
         return raise_eigenvalues(covariance, self._noise.floor)
 
@@ -172,10 +184,13 @@ def _compare(
     components: tuple[int, ...],
     inverse: Array,
     limit: float,
-    gate: bool,
+    excludes_outliers: bool,
     outliers: NDArray[np.bool_],
 ) -> tuple[Array, int]:
-    """Fill `outliers`; return Σ r r' and number of inliers (without `gate`, of all pixels)."""
+    """Fill `outliers`; return Σ r r' and the number of its pixels.
+
+    These are the inliers if `excludes_outliers`, otherwise all pixels.
+    """
     height, width, _ = template.shape
     d = len(components)
     products = np.zeros((d, d))
@@ -190,7 +205,7 @@ def _compare(
                 for m in range(d):
                     distance += residual[k] * inverse[k, m] * residual[m]
             outliers[i, j] = not distance < limit
-            if outliers[i, j] and gate:
+            if outliers[i, j] and excludes_outliers:
                 continue
             inliers += 1
             for k in range(d):
@@ -239,23 +254,23 @@ _RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
 _ANGLES = np.vectorize(atan)(_RATIOS)
 
 
-def n_features(kind: Features) -> int:
+def n_features(features: Features) -> int:
     """Return the number d of components of a pixel's features."""
-    return 1 if kind == "intensity" else 3
+    return 1 if features == "intensity" else 3
 
 
-def compute_features(image: Image, kind: Features) -> Array:
+def compute_features(image: Image, features: Features) -> Array:
     """Return the features of every pixel of a BGR image, float64 of shape (rows, columns, d).
 
     `intensity` is R + G + B; `rgb` is (R, G, B). `invariants` are the ratios c1 = R / max(G, B), c2
     = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
     `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
-    if kind == "intensity":
+    if features == "intensity":
         return _intensities(image)
-    if kind == "rgb":
+    if features == "rgb":
         return _colours(image)
-    return _ratios(image, _RATIOS if kind == "invariants" else _ANGLES)
+    return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
 
 
 @njit(cache=True)

@@ -36,8 +36,8 @@ class FeatureWindow(NamedTuple):
     features: Array  # (window rows, window columns, d)
     left: int  # first column of the window in the image
     top: int  # first row
-    rows: int  # of the image
-    columns: int
+    n_rows: int  # of the image
+    n_columns: int
 
 
 def whitening(covariance: Array) -> Array:
@@ -46,17 +46,17 @@ def whitening(covariance: Array) -> Array:
 
 
 def search_bounds(
-    pose: Pose, search_range: float, template_shape: tuple[int, ...], rows: int, columns: int
+    pose: Pose, search_range: float, template_shape: tuple[int, ...], n_rows: int, n_columns: int
 ) -> tuple[int, int, int, int]:
     """Return left, top, right and bottom (exclusive) of the pixels that a search can read."""
     height, width = template_shape[:2]
     scale = WIDEST * min(max(pose.scale, MIN_SCALE), MAX_SCALE)
     half_width = scale * (width - 1) / 2 + search_range + FINEST
     half_height = scale * (height - 1) / 2 + search_range + FINEST
-    left = min(max(floor(pose.x - half_width), 0), columns - 1)
-    top = min(max(floor(pose.y - half_height), 0), rows - 1)
-    right = min(max(ceil(pose.x + half_width) + 1, left + 2), columns)
-    bottom = min(max(ceil(pose.y + half_height) + 1, top + 2), rows)
+    left = min(max(floor(pose.x - half_width), 0), n_columns - 1)
+    top = min(max(floor(pose.y - half_height), 0), n_rows - 1)
+    right = min(max(ceil(pose.x + half_width) + 1, left + 2), n_columns)
+    bottom = min(max(ceil(pose.y + half_height) + 1, top + 2), n_rows)
     return left, top, right, bottom
 
 
@@ -127,7 +127,7 @@ FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
 
 @njit(cache=True)
 def _search(
-    whole: FeatureWindow,
+    unwhitened: FeatureWindow,
     template: Array,
     components: tuple[int, ...],
     white: Array,
@@ -137,8 +137,10 @@ def _search(
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
-    features = _whiten(whole.features, components, white)
-    window = FeatureWindow(features, whole.left, whole.top, whole.rows, whole.columns)
+    features = _whiten(unwhitened.features, components, white)
+    window = FeatureWindow(
+        features, unwhitened.left, unwhitened.top, unwhitened.n_rows, unwhitened.n_columns
+    )
     sought = _whiten(template, components, white)
     n = 2 * search_range // 4 + 1
     coarse = np.ones((n * n, 3))
@@ -194,8 +196,8 @@ def _sample(
 ) -> Array:
     d = len(components)
     features = np.empty((height, width, d))
-    across = _axis_positions(pose.x, pose.scale, width, window.columns)
-    along = _axis_positions(pose.y, pose.scale, height, window.rows)
+    across = _axis_positions(pose.x, pose.scale, width, window.n_columns)
+    along = _axis_positions(pose.y, pose.scale, height, window.n_rows)
     for i in range(height):
         nearest_row = int(along[i] + 0.5) - window.top
         for j in range(width):
@@ -223,7 +225,7 @@ def _interpolate(window: FeatureWindow, x: float, y: float, k: int) -> float:
     features = window.features
     left, top = int(x), int(y)
     u, v = x - left, y - top
-    right, bottom = min(left + 1, window.columns - 1), min(top + 1, window.rows - 1)
+    right, bottom = min(left + 1, window.n_columns - 1), min(top + 1, window.n_rows - 1)
     left, right = left - window.left, right - window.left
     top, bottom = top - window.top, bottom - window.top
     upper = (1 - u) * features[top, left, k] + u * features[top, right, k]
@@ -243,39 +245,39 @@ def best_poses(
     first: int,
     bilinear: bool,
     cutoff: float,
-    number: int,
+    n_poses: int,
 ) -> tuple[Array, Array]:
-    """Return the `number` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
+    """Return the `n_poses` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
 
     Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs
     so far. The tuple `components` has a length known to the compiler, which unrolls the loops over
     features.
     """
     height, width, _ = template.shape
-    number = min(number, len(around) * len(offsets))
+    n_poses = min(n_poses, len(around) * len(offsets))
     looked_at = template[first::stride, first::stride].copy()
-    poses = np.empty((number, 3))
-    costs = np.full(number, np.inf)
+    poses = np.empty((n_poses, 3))
+    costs = np.full(n_poses, np.inf)
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
             scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
-            across = _axis_positions(x, scale, width, window.columns)[first::stride]
-            along = _axis_positions(y, scale, height, window.rows)[first::stride]
-            worst = costs[number - 1]
+            across = _axis_positions(x, scale, width, window.n_columns)[first::stride]
+            along = _axis_positions(y, scale, height, window.n_rows)[first::stride]
+            worst = costs[n_poses - 1]
             if bilinear:
                 cost = _bilinear_cost(window, looked_at, components, across, along, cutoff, worst)
             else:
                 cost = _nearest_cost(window, looked_at, components, across, along, cutoff, worst)
             if cost >= worst:
                 continue
-            place = number - 1
-            while place > 0 and cost < costs[place - 1]:
-                costs[place] = costs[place - 1]
-                poses[place] = poses[place - 1]
-                place -= 1
-            costs[place] = cost
-            poses[place, 0], poses[place, 1], poses[place, 2] = x, y, scale
+            rank = n_poses - 1
+            while rank > 0 and cost < costs[rank - 1]:
+                costs[rank] = costs[rank - 1]
+                poses[rank] = poses[rank - 1]
+                rank -= 1
+            costs[rank] = cost
+            poses[rank, 0], poses[rank, 1], poses[rank, 2] = x, y, scale
     return poses, costs
 
 
@@ -324,13 +326,13 @@ def _bilinear_cost(
         left = int(across[j])
         shares[j] = across[j] - left
         lefts[j] = left - window.left
-        rights[j] = min(left + 1, window.columns - 1) - window.left
+        rights[j] = min(left + 1, window.n_columns - 1) - window.left
     cost = 0.0
     for i in range(len(along)):
         top = int(along[i])
         v = along[i] - top
         above = window.features[top - window.top]
-        below = window.features[min(top + 1, window.rows - 1) - window.top]
+        below = window.features[min(top + 1, window.n_rows - 1) - window.top]
         expected = template[i]
         for j in range(len(lefts)):
             u, left, right = shares[j], lefts[j], rights[j]

@@ -68,8 +68,8 @@ def combine(runs: ResultsBySequence) -> MetricResult:
     summed = sum(float(run.intermediate["overlaps"].sum()) for group in runs for run in group)
     lengths = [int(group[0].intermediate["n_sequence_frames"]) for group in runs]
     curve, active = _expected([run for group in runs for run in group])
-    part = slice(_MIN_LENGTH, _MAX_LENGTH + 1)
-    counted = curve[part][active[part] > 0]
+    averaged = slice(_MIN_LENGTH, _MAX_LENGTH + 1)
+    counted = curve[averaged][active[averaged] > 0]
     # The toolkit returns 0 for one sequence without tracked frames, and divides by 0 for several.
     without_frames = 0.0 if len(runs) == 1 else np.nan
     scores = {
@@ -88,17 +88,17 @@ def combine(runs: ResultsBySequence) -> MetricResult:
 def _expected(runs: list[MetricResult]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Return the mean overlap of the first k frames and the number of runs, by k."""
     total, active = np.zeros(_MAX_LENGTH + 1), np.zeros(_MAX_LENGTH + 1)
-    numbers = np.arange(_MAX_LENGTH + 1)
+    lengths = np.arange(_MAX_LENGTH + 1)
     for run in runs:
         overlaps, length = run.intermediate["overlaps"], int(run.intermediate["length"])
-        inside = numbers[1:length]
+        inside = lengths[1:length]
         # Number of annotated frames after the first one among the first k frames.
         n_annotated = np.searchsorted(run.intermediate["frames"], inside, side="right") - 1
         sums = np.concatenate([[0.0], np.cumsum(overlaps[1:])])[n_annotated]
         total[inside] += sums / np.maximum(n_annotated, 1)
         active[inside] += n_annotated > 0
         if run.intermediate["progress"] < len(overlaps):
-            beyond = numbers[max(length, 2) :]
+            beyond = lengths[max(length, 2) :]
             # The toolkit divides by one less than the number of frames.
             missing = length - len(overlaps)
             total[beyond] += overlaps[1:].sum() / (beyond - 1 - missing)

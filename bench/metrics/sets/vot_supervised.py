@@ -70,15 +70,15 @@ def combine(runs: ResultsBySequence) -> MetricResult:
         ]
     )
     rate = failures / lengths.mean()
-    curve = _expected([piece for group in runs for run in group for piece in _pieces(run)])
-    part = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
-    part = part[np.isfinite(part)]
+    curve = _expected([fragment for group in runs for run in group for fragment in _fragments(run)])
+    averaged = curve[_MIN_LENGTH : _MAX_LENGTH + 1]
+    averaged = averaged[np.isfinite(averaged)]
     scores = {
         "accuracy": weighted([_mean(_accuracy(run) for run in group) for group in runs]),
         "failures": failures,
         "robustness": float(np.exp(-_SENSITIVITY * rate)),
-        "eao": float(part.mean()) if len(part) else np.nan,
-        "eao_lengths": float(len(part)),
+        "eao": float(averaged.mean()) if len(averaged) else np.nan,
+        "eao_lengths": float(len(averaged)),
     }
     curves = {
         "eao": np.column_stack([np.arange(len(curve)), curve]),
@@ -130,7 +130,7 @@ def _accuracy(run: MetricResult) -> float:
     return float(run.intermediate["overlaps"][counted].mean()) if counted.any() else 0.0
 
 
-class _Piece(NamedTuple):
+class _Fragment(NamedTuple):
     """Frames from an initialisation to a failure or to the end of the sequence."""
 
     sums: NDArray[np.float64]  # (n,): sum of the overlaps in the first k frames
@@ -138,7 +138,7 @@ class _Piece(NamedTuple):
     failed: bool
 
 
-def _pieces(run: MetricResult) -> Iterable[_Piece]:
+def _fragments(run: MetricResult) -> Iterable[_Fragment]:
     """Yield the pieces of a run, one per initialisation; the init frame itself does not count."""
     states, overlaps, frames = (run.intermediate[key] for key in ("states", "overlaps", "frames"))
     failures = np.flatnonzero(states == FrameState.FAILED)
@@ -149,23 +149,23 @@ def _pieces(run: MetricResult) -> Iterable[_Piece]:
         by_frame, is_annotated = np.zeros(stop), np.zeros(stop, np.int64)
         positions = frames[start + 1 : end] - frames[start]
         by_frame[positions], is_annotated[positions] = overlaps[start + 1 : end], 1
-        yield _Piece(np.cumsum(by_frame), np.cumsum(is_annotated), bool(len(later)))
+        yield _Fragment(np.cumsum(by_frame), np.cumsum(is_annotated), bool(len(later)))
 
 
-def _expected(pieces: list[_Piece]) -> NDArray[np.float64]:
+def _expected(fragments: list[_Fragment]) -> NDArray[np.float64]:
     """Return the mean overlap of the first k frames after an initialisation, by k.
 
     It is NaN if none of these frames is annotated.
     """
-    longest = max(len(piece.sums) for piece in pieces)
+    longest = max(len(fragment.sums) for fragment in fragments)
     total, count = np.zeros(longest), np.zeros(longest)
-    for piece in pieces:
-        n = len(piece.sums)
-        until = longest if piece.failed else n
+    for fragment in fragments:
+        n = len(fragment.sums)
+        until = longest if fragment.failed else n
         # Frames after a failure count with overlap 0.
-        sums = np.pad(piece.sums, (0, longest - n), mode="edge")
+        sums = np.pad(fragment.sums, (0, longest - n), mode="edge")
         n_annotated = np.concatenate(
-            [piece.n_annotated, piece.n_annotated[-1] + 1 + np.arange(longest - n)]
+            [fragment.n_annotated, fragment.n_annotated[-1] + 1 + np.arange(longest - n)]
         )
         is_defined = n_annotated > 0
         is_defined[0] = True  # the init frame, with overlap 0

@@ -95,9 +95,9 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
         model.on_plane, origin="lower", extent=edges, cmap="gray", vmin=0.0, vmax=1.0, aspect="auto"
     )
     titles = "(c) projected on the plane", "(d) mixtures' components", "(e) posterior on the plane"
-    for axes, words in zip(lower[:3], titles, strict=True):
+    for axes, panel_title in zip(lower[:3], titles, strict=True):
         axes.set(xlim=edges[:2], ylim=edges[2:], xlabel="along φ₁", box_aspect=1)
-        axes.set_title(words, fontsize=9)
+        axes.set_title(panel_title, fontsize=9)
         axes.tick_params(labelsize=7)
     projected.set_ylabel("along φ₂")
     draw_image(image, model.on_image)
@@ -108,14 +108,15 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
     return figure
 
 
-def rgb_axes(figure: Figure, place: Any, colours: Array) -> Any:
+def rgb_axes(figure: Figure, subplot: Any, colours: Array) -> Any:
     """Add axes (Axes3D) of RGB space that enclose colours.
 
-    `place`: tuple of int or SubplotSpec. `colours`: shape (n, 3), in [0, 1]; NaN rows are ignored.
+    `subplot` is what `add_subplot` takes, a tuple of int or a SubplotSpec. `colours` has the shape
+    (n, 3) and values in [0, 1]; NaN rows are ignored.
     """
     # Marks are drawn on top, independent of depth.
     options: dict[str, Any] = {"projection": "3d", "computed_zorder": False}
-    position = place if isinstance(place, tuple) else (place,)
+    position = subplot if isinstance(subplot, tuple) else (subplot,)
     axes: Any = figure.add_subplot(*position, **options)
     axes.view_init(*VIEW)
     low, high = np.nanmin(colours, axis=0), np.nanmax(colours, axis=0)
@@ -212,12 +213,12 @@ def hypotheses_plot(
     grid = right.subplots(
         len(palettes), 2, squeeze=False, width_ratios=(1, 1.35), sharex="col", sharey="col"
     )
-    for (plane, posterior_axes), (words, palette) in zip(grid, palettes.items(), strict=True):
+    for (plane, posterior_axes), (label, palette) in zip(grid, palettes.items(), strict=True):
         for name, mixture in palette.mixtures.items():
             draw_gaussians(plane, mixture, CLASSES[name])
             plane.plot([], color=CLASSES[name], label=name)
         plane.set_aspect("equal")
-        plane.set_title(words, fontsize=9, loc="left")
+        plane.set_title(label, fontsize=9, loc="left")
         plane.tick_params(labelsize=7)
         posterior_axes.imshow(palette.posterior, cmap="gray", vmin=0.0, vmax=1.0)
         posterior_axes.set_axis_off()
@@ -232,10 +233,10 @@ def _draw_normals(axes: Any, bases: Array, weights: Array) -> None:
     shades, order = _shades(weights), np.argsort(weights)
     ends = np.array([-HALF, HALF])
     draw_plane(axes, np.zeros(3), bases[order[-1]], (ends, ends))
-    for number in order:
-        normal = np.stack([np.zeros(3), normals[number]])
-        axes.plot(*normal.T, color=shades[number], linewidth=1.0)
-        axes.plot(*normal[1:].T, ".", color=shades[number], markersize=5)
+    for index in order:
+        normal = np.stack([np.zeros(3), normals[index]])
+        axes.plot(*normal.T, color=shades[index], linewidth=1.0)
+        axes.plot(*normal[1:].T, ".", color=shades[index], markersize=5)
     axes.view_init(*oblique(bases[order[-1]]))
     axes.set(xlim=(-1, 1), ylim=(-1, 1), zlim=(-1, 1))
     name_channels(axes)

@@ -116,24 +116,28 @@ class AnyColour:
         """See `Cue.receive`. This cue has no state."""
 
 
-def chain(kind: Filter, setting: Setting, samples: int, start: Array) -> Chain[Array]:
+def chain(filter_name: Filter, setting: Setting, n_samples: int, start: Array) -> Chain[Array]:
     """Return the chain of cues at the known start of a trajectory: colour first, position last.
 
     Independent cues have a third cue between them that gives each position a uniform colour.
     """
     colour, position = (
-        Feature(quantity, start, samples, setting) for quantity in (COLOUR, POSITION)
+        Feature(quantity, start, n_samples, setting) for quantity in (COLOUR, POSITION)
     )
-    if kind == "independent":
-        return Chain([colour, AnyColour(samples), position])
+    if filter_name == "independent":
+        return Chain([colour, AnyColour(n_samples), position])
     return Chain([colour, position], "by-weight")
 
 
 def estimates(
-    kind: Filter, setting: Setting, samples: int, seen: Trajectory, generator: np.random.Generator
+    filter_name: Filter,
+    setting: Setting,
+    n_samples: int,
+    seen: Trajectory,
+    generator: np.random.Generator,
 ) -> Array:
     """Return the weighted means of position and attached colour by frame, shape (frames, 2)."""
-    cues = chain(kind, setting, samples, seen.start)
+    cues = chain(filter_name, setting, n_samples, seen.start)
     rows = []
     for observation in seen.observed:
         hypotheses = cues.step(observation, generator)
@@ -144,17 +148,17 @@ def estimates(
 
 
 @cache
-def errors(run: int, number: int) -> dict[str, float]:
+def errors(run: int, n_samples: int) -> dict[str, float]:
     """Return the mean Euclidean error of (position, colour) over a trajectory, by filter.
 
-    `run`: number of the trajectory; all filters have the same ground truth and observations.
-    `number`: number of samples. The result also has the error of the `observation`.
+    `run` is the number of the trajectory. All filters have the same ground truth, the same
+    observations and `n_samples` samples. The result also has the error of the `observation`.
     """
     seen = trajectory(SET_B, FRAMES, np.random.default_rng([run]))
     series = {"observation": seen.observed}
-    for place, kind in enumerate(FILTERS):
-        generator = np.random.default_rng([run, number, place])
-        series[kind] = estimates(kind, SET_B, number, seen, generator)
+    for index, filter_name in enumerate(FILTERS):
+        generator = np.random.default_rng([run, n_samples, index])
+        series[filter_name] = estimates(filter_name, SET_B, n_samples, seen, generator)
     return {
         name: float(np.hypot(*(values - seen.truth).T).mean()) for name, values in series.items()
     }

@@ -43,10 +43,10 @@ def density_plot(
     grid = figure.subplots(len(times), 3, squeeze=False)
     for row, (when, densities), marker in zip(grid, times.items(), markers, strict=True):
         alone = zip(row[:2], grids, (densities.first, densities.second), names, strict=True)
-        for place, (axes, values, density, name) in enumerate(alone):
+        for index, (axes, values, density, name) in enumerate(alone):
             axes.plot(values, density, color="black", linewidth=1.4)
             axes.set(xlabel=name, xlim=(values[0], values[-1]), ylim=(0, None))
-            _mark(axes, {key: (pair[place], 0.0) for key, pair in densities.marks.items()}, marker)
+            _mark(axes, {key: (pair[index], 0.0) for key, pair in densities.marks.items()}, marker)
         row[0].set_ylabel(f"{when}\ndensity")
         plane = row[2]
         edges = [(values[0], values[-1]) for values in grids]

@@ -116,12 +116,12 @@ def _density(grid: Array, samples: Array, weights: Array) -> Array:
 def error_figure(context: Context) -> Figure:
     """Draw Fig. 2: error of position and colour against the number of samples."""
     rows = []
-    for number in NUMBERS:
-        error_table = pd.DataFrame(errors(run, number) for run in range(REPETITIONS))
+    for n_samples in NUMBERS:
+        error_table = pd.DataFrame(errors(run, n_samples) for run in range(REPETITIONS))
         for label in ("observation", *FILTERS):
             low, high = mean_interval(error_table[label])
             point = {
-                "samples": number,
+                "samples": n_samples,
                 "value": error_table[label].mean(),
                 "low": low,
                 "high": high,
@@ -146,17 +146,17 @@ def step_figures(context: Context) -> dict[str, Figure]:
 def film_strips(context: Context) -> dict[str, Strip]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
     requests = []
-    for number, sequence in STRIPS.items():
+    for figure, sequence in STRIPS.items():
         scene = context.paper.first_scene(sequence)
         trackers = ["full", *(["smooth colour"] if sequence in COMPARED else [])]
-        texts = {
+        specs = {
             f"{tracker}, {setting}": context.paper.spec(tracker, setting)
             for tracker in trackers
             for setting in SETTINGS
         }
-        requests.append((number, scene, texts))
+        requests.append((figure, scene, specs))
     strips = map_in_workers(_strip, requests, context.jobs)
-    return {f"figure-{number}": strip for number, strip in zip(STRIPS, strips, strict=True)}
+    return {f"figure-{figure}": strip for figure, strip in zip(STRIPS, strips, strict=True)}
 
 
 def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
@@ -164,18 +164,18 @@ def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
 
     A request has the number of the figure, the scene, and trackers by their labels.
     """
-    figure, scene, texts = request
+    figure, scene, specs = request
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
     truth = {frame: true_contour(sequence, frame) for frame in frames}
-    entries = [(parse_tracker(text), 0) for text in texts.values()]
-    runs = run_protocol(entries, sequence, keep_arrays=True).runs
+    trackers = [(parse_tracker(spec), 0) for spec in specs.values()]
+    runs = run_protocol(trackers, sequence, keep_arrays=True).runs
     rows = []
-    for label, run in zip(texts, runs, strict=True):
+    for label, run in zip(specs, runs, strict=True):
         if run.failure or run.segmentation is None:
             continue
         values = run.segmentation.region_similarity
-        words = {frame: f"(J = {values[frame]:.2f})" for frame in frames[1:]}
+        similarities = {frame: f"(J = {values[frame]:.2f})" for frame in frames[1:]}
         contours = {
             frame: _array(run.arrays, frame, "contour", np.empty((0, 2))) for frame in frames
         }
@@ -188,7 +188,7 @@ def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
                 FRAMES,
                 WIDTH,
                 shape="contour",
-                words={frames[0]: "(given)", **words},
+                remarks={frames[0]: "(given)", **similarities},
             )
         )
         if label.startswith("full"):
@@ -208,7 +208,7 @@ def _maps(
         FRAMES,
         WIDTH,
         shape="contour",
-        words={frames[0]: "(given)"},
+        remarks={frames[0]: "(given)"},
     )
 
 

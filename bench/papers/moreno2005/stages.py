@@ -75,16 +75,16 @@ class Step(NamedTuple):
     estimate: Estimate
     cells: NDArray[np.int32]
 
-    def posterior(self, number: int) -> Array:
+    def posterior(self, index: int) -> Array:
         """Return the posterior map of a pair of mixtures, shape (height, width)."""
-        values: Array = self.colours.evidence[number][self.cells].astype(np.float64)
+        values: Array = self.colours.evidence[index][self.cells].astype(np.float64)
         return values
 
 
-def step_of(text: str, scene: str) -> Step:
+def step_of(spec: str, scene: str) -> Step:
     """Run a tracker (a specification) on the first frames of a scene."""
     sequence = datasets.load(scene)
-    tracker = _started_tracker(text, sequence)
+    tracker = _started_tracker(spec, sequence)
     chain = KeepingChain(tracker.chain.cues, tracker.chain.association, tracker.chain.feedback)
     tracker.chain = chain
     first = sequence.first_frame
@@ -128,7 +128,7 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
     low, high = projected.min(axis=0), projected.max(axis=0)
     more = AROUND * (high - low)
     x, y = np.linspace(low - more, high + more, CELLS).T
-    places = np.stack(np.meshgrid(x, y), axis=-1)
+    plane_points = np.stack(np.meshgrid(x, y), axis=-1)
 
     def posterior_at(where: Array) -> Array:
         flat = posterior(where.reshape(-1, 2), fit.target, fit.background, floor)
@@ -141,14 +141,14 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
         basis=basis,
         mixtures={"target": Gaussians(*fit.target), "background": Gaussians(*fit.background)},
         grid=(x, y),
-        on_plane=posterior_at(places),
+        on_plane=posterior_at(plane_points),
         on_image=posterior_at(to_rgb(image) @ basis),
     )
 
 
-def _started_tracker(text: str, sequence: datasets.Sequence) -> Moreno2005:
+def _started_tracker(tracker_spec: str, sequence: datasets.Sequence) -> Moreno2005:
     """Return the tracker of repetition 0 after its initialisation."""
-    spec = parse_tracker(text)
+    spec = parse_tracker(tracker_spec)
     tracker = spec.make(run_seed(spec.name, sequence.name, 0))
     assert isinstance(tracker, Moreno2005)
     first = sequence.first_frame
@@ -164,9 +164,9 @@ def true_contour(sequence: datasets.Sequence, frame: int) -> Array:
     mask = sequence.mask(frame)
     outlines = [np.empty((0, 2))]
     if mask is not None:
-        number, parts = cv2.connectedComponents(mask.astype(np.uint8))
-        for part in range(1, number):
-            pixels = parts == part
+        n_labels, components = cv2.connectedComponents(mask.astype(np.uint8))
+        for label in range(1, n_labels):
+            pixels = components == label
             # 2 √(π n) is the perimeter of a disc of n pixels, the shortest of all shapes.
             points = max(8, round(2 * np.sqrt(np.pi * np.count_nonzero(pixels)) / SPACING))
             outlines += [outline(pixels, points), np.full((1, 2), np.nan)]
@@ -190,17 +190,17 @@ def palettes_of(step: Step) -> dict[str, Palette]:
     """Return the colour hypotheses with the largest, median and smallest weight, by label."""
     weights = step.colours.weights
     order = np.argsort(-weights, kind="stable")
-    places = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
+    ranks = {"greatest": 0, "median": len(order) // 2, "least": len(order) - 1}
     palettes = {}
-    for words, place in places.items():
-        number = int(order[place])
-        mixture = step.colours.states[number]
+    for rank_name, rank in ranks.items():
+        index = int(order[rank])
+        mixture = step.colours.states[index]
         classes = {
             "target": Gaussians(*from_components(mixture[: step.n_target_components])),
             "background": Gaussians(*from_components(mixture[step.n_target_components :])),
         }
-        label = f"{words} weight: {weights[number] * len(weights):.2g} times the mean"
-        palettes[label] = Palette(classes, step.posterior(number))
+        label = f"{rank_name} weight: {weights[index] * len(weights):.2g} times the mean"
+        palettes[label] = Palette(classes, step.posterior(index))
     return palettes
 
 

@@ -25,8 +25,8 @@ class _Histograms:
     The particles are at the init box, moved by one step of the paper's noise.
     """
 
-    def __init__(self, parameters: MultipartParameters, parts: int) -> None:
-        self._settings, self._parts = parameters, parts
+    def __init__(self, parameters: MultipartParameters, n_parts: int) -> None:
+        self._settings, self._n_parts = parameters, n_parts
         self._colours = LuvBins(parameters.binning, parameters.uv_range)
 
     def init(self, image: Image, box: Box) -> None:
@@ -36,7 +36,7 @@ class _Histograms:
         noise *= [step, step, width * height / settings.size_divisor]
         states = np.array([x + width / 2, y + height / 2, width * height]) + noise
         size = image.shape[1], image.shape[0], MIN_SHARE, MIN_PIXELS
-        regions = pixel_regions(states, width / height, self._parts, *size)
+        regions = pixel_regions(states, width / height, self._n_parts, *size)
         self._regions = regions.parts.reshape(-1, 4).tolist()
 
     def update(self, image: Image) -> None:
@@ -45,10 +45,10 @@ class _Histograms:
             np.bincount(codes[top:bottom, left:right].ravel(), minlength=n_codes)
 
 
-def histograms(texts: Mapping[str, str]) -> Methods:
+def histograms(specs: Mapping[str, str]) -> Methods:
     """Return the timed histograms of a tracker in both representations."""
-    (text,) = texts.values()
-    parameters = MultipartParameters(**parse_tracker(text).parameters)
+    (spec,) = specs.values()
+    parameters = MultipartParameters(**parse_tracker(spec).parameters)
     return {name: partial(_Histograms, parameters, n) for name, n in (("single", 1), ("multi", 2))}
 
 

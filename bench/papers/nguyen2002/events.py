@@ -65,8 +65,8 @@ def declared_in(run: Run) -> list[Declared]:
     """
     details = run.details
     beginnings, ends = _finite_frames(details["beginning"]), _finite_frames(details["end"])
-    number = np.nan_to_num(details["ended"])
-    backs = np.searchsorted(number, np.arange(1, number[-1] + 1)).tolist()
+    n_ended = np.nan_to_num(details["ended"])
+    backs = np.searchsorted(n_ended, np.arange(1, n_ended[-1] + 1)).tolist()
     events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
     boxes, parameters = run.boxes_in("revised"), run.identity.parameters
     offsets = candidate_offsets(int(parameters["longest_occlusion"]), str(parameters["candidates"]))

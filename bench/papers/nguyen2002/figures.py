@@ -24,8 +24,8 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
     rows = []
     for features in FEATURES:
         for setting in SETTINGS:
-            text = context.paper.spec(features, setting)
-            for measured in context.runs.measured_runs(text, scene)[:1]:
+            spec = context.paper.spec(features, setting)
+            for measured in context.runs.measured_runs(spec, scene)[:1]:
                 frames = chosen_frames(measured.truth)
                 boxes = {TRUTH: measured.truth.boxes}
                 boxes |= {
@@ -33,7 +33,7 @@ def strips(context: Context) -> NDArray[np.uint8] | None:
                 }
                 title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
                 rows.append(
-                    film_strip(image_of, list(frames), boxes, title, len(frames), words=frames)
+                    film_strip(image_of, list(frames), boxes, title, len(frames), remarks=frames)
                 )
     return np.vstack(rows) if rows else None
 
@@ -50,6 +50,6 @@ def chosen_frames(truth: StoredTruth) -> dict[int, str]:
         }
     lamp = truth.attributes[SWITCH]
     for frame in (np.flatnonzero(lamp[1:] != lamp[:-1]) + 1).tolist():
-        words = "d) lamp off" if lamp[frame] else "lamp on again"
-        frames[min(last, frame + AFTER)] = words
+        label = "d) lamp off" if lamp[frame] else "lamp on again"
+        frames[min(last, frame + AFTER)] = label
     return dict(sorted(frames.items()))

@@ -25,8 +25,8 @@ def surface(context: Context) -> dict[str, Figure]:
     figures = {}
     for setting in SETTINGS:
         last = surfaces(scene, context.paper.spec("no model update", setting), 1)[-1]
-        left, top = last.places.min(axis=0)
-        columns = len(np.unique(last.places[:, 0]))
+        left, top = last.centres.min(axis=0)
+        columns = len(np.unique(last.centres[:, 0]))
         values = SurfaceGrid(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
         title = (
             f"Fig. 2, {setting}, {scene}, frame {last.frame}: samples (black), their mean (white), "
@@ -42,11 +42,11 @@ def trajectories(context: Context) -> dict[str, Figure]:
     """Draw Fig. 4 in both settings: the trajectory of the mean state on the first scene."""
     figures = {}
     for setting in SETTINGS:
-        text = context.paper.spec("adaptive", setting)
+        spec = context.paper.spec("adaptive", setting)
         tracks = []
         for sequence in ("person", "car"):
             scene = context.paper.first_scene(sequence)
-            for measured in context.runs.measured_runs(text, scene)[:1]:
+            for measured in context.runs.measured_runs(spec, scene)[:1]:
                 last = int(np.flatnonzero(measured.present)[-1])
                 image = datasets.load(scene)[last]
                 tracks.append(Track(image, scene, measured.boxes, measured.truth.boxes))
@@ -64,8 +64,8 @@ def appearances(context: Context) -> dict[str, Figure]:
     scene = context.paper.first_scene("students")
     figures = {}
     for setting in SETTINGS:
-        text = context.paper.spec("no model update", setting)
-        measured_runs = context.runs.measured_runs(text, scene)
+        spec = context.paper.spec("no model update", setting)
+        measured_runs = context.runs.measured_runs(spec, scene)
         if not measured_runs:
             continue
         parameters = measured_runs[0].record.identity.parameters

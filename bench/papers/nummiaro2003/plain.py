@@ -61,7 +61,9 @@ class PlainFilter:
         self._aspect, self._image_size = aspect, image.shape[1::-1]
         codes = self.codes(image)
         self._model = self._histogram(codes, self.mean)
-        background = np.array([self._histogram(codes, place) for place in self._places()])
+        background = np.array(
+            [self._histogram(codes, place) for place in self._background_states()]
+        )
         self._background_roots = np.sqrt(background)
         self._find_threshold()
 
@@ -69,11 +71,13 @@ class PlainFilter:
         """Run one iteration of Fig. 1, the appearance condition and the model update."""
         cumulative = np.cumsum(self._weights)
         cumulative /= cumulative[-1]
-        chosen = np.searchsorted(cumulative, self._random.random(self._n))
-        self._states = self._states[chosen] @ self._a.T + self._noise()
+        indices = np.searchsorted(cumulative, self._random.random(self._n))
+        self._states = self._states[indices] @ self._a.T + self._noise()
         width, height = self._image_size
-        least = max(LEAST_HALF_AXIS, LEAST_HALF_AXIS / self._aspect)
-        self._states[:, 4] = np.clip(self._states[:, 4], least, min(width, height / self._aspect))
+        min_half_axis = max(LEAST_HALF_AXIS, LEAST_HALF_AXIS / self._aspect)
+        self._states[:, 4] = np.clip(
+            self._states[:, 4], min_half_axis, min(width, height / self._aspect)
+        )
         self._states[:, 5] = self._states[:, 4] * self._aspect
 
         codes = self.codes(image)
@@ -130,7 +134,7 @@ class PlainFilter:
         parts += [np.column_stack([size, size * self._aspect, SCALE_NOISE * drawn[:, 6]])]
         return float(self.mean[4]) * np.hstack(parts)
 
-    def _places(self) -> list[Array]:
+    def _background_states(self) -> list[Array]:
         """Return states at rest on the background, outside the target."""
         x, y, _, _, half_x, half_y, _ = self.mean.tolist()
         width, height = self._image_size

@@ -40,12 +40,12 @@ class SurfaceGrid:
     values: Array  # (rows, columns)
     quantity: str  # name of the values
 
-    def values_at(self, places: Array) -> Array:
+    def values_at(self, positions: Array) -> Array:
         """Return the values nearest to positions of shape (n, 2); NaN outside the grid."""
-        columns, rows = np.round(places - [self.left, self.top]).astype(int).T
+        columns, rows = np.round(positions - [self.left, self.top]).astype(int).T
         height, width = self.values.shape
         inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        nearest = np.full(len(places), np.nan)
+        nearest = np.full(len(positions), np.nan)
         nearest[inside] = self.values[rows[inside], columns[inside]]
         return nearest
 
@@ -81,9 +81,9 @@ def surface_plot(
     rows, columns = surface.values.shape
     grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
     right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
-    places, middle = samples[:, :2], mean[np.newaxis, :2]
+    positions, middle = samples[:, :2], mean[np.newaxis, :2]
     dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
-    right.scatter(*places.T, surface.values_at(places), depthshade=False, **dots)
+    right.scatter(*positions.T, surface.values_at(positions), depthshade=False, **dots)
     dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
     right.scatter(*middle.T, surface.values_at(middle), depthshade=False, **dots)
     right.invert_yaxis()  # rows count downwards, as in the image
@@ -110,19 +110,19 @@ def trajectory_plot(tracks: Sequence[Track], title: str, every: int) -> Figure:
         axes.plot(
             *states[:, :2].T, color=colour(4), linewidth=1.4, path_effects=outline_effect(2.6)
         )
-        chosen = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
-        _draw_ellipses(axes, states[chosen], _MEAN, 1.2)
+        drawn_frames = np.flatnonzero(np.isfinite(states[::every]).all(axis=1)) * every
+        _draw_ellipses(axes, states[drawn_frames], _MEAN, 1.2)
         labelled: list[tuple[float, float]] = []
-        for number in chosen.tolist():
-            x, y, _, height = states[number]
-            place = float(x), float(y - height)
+        for frame in drawn_frames.tolist():
+            x, y, _, height = states[frame]
+            corner = float(x), float(y - height)
             if any(
-                abs(place[0] - u) < _ROOM[0] and abs(place[1] - v) < _ROOM[1] for u, v in labelled
+                abs(corner[0] - u) < _ROOM[0] and abs(corner[1] - v) < _ROOM[1] for u, v in labelled
             ):
                 continue
-            labelled.append(place)
+            labelled.append(corner)
             axes.annotate(
-                str(number),
+                str(frame),
                 (x, y - height),
                 (0, 2),
                 textcoords="offset points",
@@ -182,7 +182,7 @@ def appearance_plot(
     NaN without estimate, shape (runs, frames). `threshold`: number of positive samples at which the
     mode changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
     """
-    figure, (upper, lower) = new_figure(title, 4.4, rows=2, heights=(3, 1))
+    figure, (upper, lower) = new_figure(title, 4.4, n_rows=2, heights=(3, 1))
     estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))
     frames = np.arange(estimated[0], estimated[-1] + 1)
     draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
@@ -190,11 +190,11 @@ def appearance_plot(
     upper.axhline(threshold, label="threshold b·N", **line)
     initialising = 1.0 - np.ma.masked_invalid(modes[:, frames]).mean(axis=0).filled(np.nan)
     lower.fill_between(frames, initialising, step="mid", color=colour(1), linewidth=0)
-    for grey, (kind, flags) in zip(_GREYS, shades.items(), strict=True):
+    for grey, (label, flags) in zip(_GREYS, shades.items(), strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
-        for number, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
+        for index, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
             look: dict[str, Any] = {"color": str(grey), "zorder": 0, "linewidth": 0}
-            upper.axvspan(start, stop, label=None if number else kind, **look)
+            upper.axvspan(start, stop, label=None if index else label, **look)
             lower.axvspan(start, stop, **look)
     upper.set(ylabel="samples", xlim=(frames[0], frames[-1]))
     upper.set_ylim(bottom=0)

@@ -29,15 +29,15 @@ class CoefficientSurface:
 
     frame: int  # from 0
     image: NDArray[np.uint8]  # BGR
-    places: Array  # (n, 2): centres x and y, one pixel apart [px]
-    coefficients: Array  # (n,): ρ at the places, for ellipses of the mean state's size
+    centres: Array  # (n, 2): centres x and y, one pixel apart [px]
+    coefficients: Array  # (n,): ρ at the centres, for ellipses of the mean state's size
     mean: Array  # (4,): x, y, Hx, Hy of the mean state [px]
     samples: Array  # (N, 4): x, y, Hx, Hy [px]
 
     @property
     def distance(self) -> float:
         """Distance of the mean state from the maximum in pixels."""
-        return float(np.hypot(*(self.mean[:2] - self.places[self.coefficients.argmax()])))
+        return float(np.hypot(*(self.mean[:2] - self.centres[self.coefficients.argmax()])))
 
 
 @measure("share")
@@ -55,24 +55,24 @@ def surfaces(scene: str, tracker: str, n_frames: int) -> list[CoefficientSurface
     """Return the surfaces of ρ in up to `n_frames` clear frames of a run of the tracker."""
     sequence = datasets.load(scene)
     first = sequence.first_frame
-    part = sequence[: first + RUN]
-    (run,) = run_protocol([(parse_tracker(tracker), 0)], part, keep_arrays=True).runs
+    excerpt = sequence[: first + RUN]
+    (run,) = run_protocol([(parse_tracker(tracker), 0)], excerpt, keep_arrays=True).runs
     if run.failure:
         raise datasets.SequenceError(f"{scene}: {tracker} failed: {run.failure.splitlines()[0]}")
     ellipses = EllipseHistograms(JointBins(), "isotropic")
     every = np.arange(ellipses.colours.n_bins)
-    start = ellipse_in(part.boxes[first])
-    counted = ellipses.counts(SharedFrame(part[first]), _states(start[np.newaxis]), every)
+    start = ellipse_in(excerpt.boxes[first])
+    counted = ellipses.counts(SharedFrame(excerpt[first]), _states(start[np.newaxis]), every)
     model, bins = counted.counts[0] / counted.totals[0], np.flatnonzero(counted.counts[0])
     surfaces_found = []
-    for frame in _clear_frames(part, n_frames):
+    for frame in _clear_frames(excerpt, n_frames):
         mean = ellipse_in(run.boxes[frame])
-        places = _grid(ellipse_in(part.boxes[frame]), mean[2:])
-        counts = ellipses.counts(SharedFrame(part[frame]), _states(places), bins)
+        candidates = _grid(ellipse_in(excerpt.boxes[frame]), mean[2:])
+        counts = ellipses.counts(SharedFrame(excerpt[frame]), _states(candidates), bins)
         values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
         surfaces_found.append(
-            CoefficientSurface(frame, part[frame], places[:, :2], values, mean, samples)
+            CoefficientSurface(frame, excerpt[frame], candidates[:, :2], values, mean, samples)
         )
     return surfaces_found
 

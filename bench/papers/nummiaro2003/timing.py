@@ -41,8 +41,8 @@ SHORTEST = 1e-9  # s
 class _Weighting:
     """Tracker that weights its particles twice in every frame."""
 
-    def __init__(self, text: str) -> None:
-        self._tracker: Any = parse_tracker(text).make(np.random.SeedSequence(0))
+    def __init__(self, spec: str) -> None:
+        self._tracker: Any = parse_tracker(spec).make(np.random.SeedSequence(0))
 
     def init(self, image: Image, box: Box) -> None:
         self._tracker.init(image, box)
@@ -89,22 +89,22 @@ def _chain(state: Any, steps: int) -> Any:
     return state
 
 
-def plain_methods(texts: Mapping[str, str]) -> Methods:
+def numpy_methods(specs: Mapping[str, str]) -> Methods:
     """Return the filter in NumPy, a variant that weights twice, and a measurement of the clock."""
-    (text,) = texts.values()
-    options = {name: parse_tracker(text).parameters[name] for name in PLAIN}
+    (spec,) = specs.values()
+    options = {name: parse_tracker(spec).parameters[name] for name in PLAIN}
     filters = {"once": PlainFilter, "twice": _PlainWeighting}
     seed = np.random.SeedSequence(0)
-    return {k: partial(kind, seed, **options) for k, kind in filters.items()} | {
+    return {name: partial(method, seed, **options) for name, method in filters.items()} | {
         "clock": _ClockFrequency
     }
 
 
-def compiled_methods(texts: Mapping[str, str]) -> Methods:
+def compiled_methods(specs: Mapping[str, str]) -> Methods:
     """Return the compiled tracker, and a variant that weights its samples twice."""
-    (text,) = texts.values()
-    make = partial(parse_tracker(text).make, np.random.SeedSequence(0))
-    return {"once": make, "twice": partial(_Weighting, text)}
+    (spec,) = specs.values()
+    make = partial(parse_tracker(spec).make, np.random.SeedSequence(0))
+    return {"once": make, "twice": partial(_Weighting, spec)}
 
 
 def _times(context: Context, setting: str, methods: MethodMaker) -> Times:
@@ -128,7 +128,7 @@ def _weighting(times: Mapping[str, Values]) -> tuple[Values, Values]:
 @measure("ms")
 def frame_time_at_800_mhz(context: Context, setting: str) -> Pairs:
     """Return the time per frame at 800 MHz of the plain filter, on the slower sequence."""
-    times = _times(context, setting, plain_methods).values()
+    times = _times(context, setting, numpy_methods).values()
     slower = 1e3 * max(map(_at_800_mhz, times), key=np.mean)
     return [(slower, slower)]
 
@@ -151,14 +151,14 @@ def time_table(context: Context) -> Table:
     rows = []
     for setting in SETTINGS:
         slow, fast = (
-            _times(context, setting, methods) for methods in (plain_methods, compiled_methods)
+            _times(context, setting, methods) for methods in (numpy_methods, compiled_methods)
         )
         for name in SEQUENCES:
             times = slow[name]["once"], _at_800_mhz(slow[name]), fast[name]["once"]
-            parts = [
+            weighting_shares = [
                 _weighting(times_of[name])[0] / times_of[name]["once"] for times_of in (slow, fast)
             ]
-            shares = [f"{100 * float(np.median(part)):.0f} %" for part in parts]
+            shares = [f"{100 * float(np.median(share)):.0f} %" for share in weighting_shares]
             label = [name, SETTING_LABELS[setting], "real time at 800 MHz"]
             rows.append([*label, *map(milliseconds, times), *shares])
     headings = ["sequence", "setting", "paper", "NumPy [ms]", "NumPy at 800 MHz [ms]"]

@@ -159,10 +159,10 @@ class PlainParticleFilter:
         likelihoods = np.exp(-(1 - self.similarity) / (2 * self._sigma**2))
         self.weights = likelihoods / likelihoods.sum()
 
-        chosen = self._resample()
+        indices = self._resample()
         self._s, self._s_before = (
-            self.particles[chosen],
-            self._s[chosen],
+            self.particles[indices],
+            self._s[indices],
         )  # pairs of particle and velocity
         if self._estimate == "best":
             centre = self.particles[self.weights.argmax()]
@@ -209,9 +209,9 @@ class PlainWang2010(PlainParticleFilter):
         particles: int = 60,
         stop_distance: float = 2.0,
         max_iterations: int = 10,
-        **others: Any,
+        **parameters: Any,
     ) -> None:
-        super().__init__(seed, particles, **others)
+        super().__init__(seed, particles, **parameters)
         self._limits = stop_distance, max_iterations
 
     def _drift(self, predicted: Array) -> tuple[Array, Array, float]:

@@ -25,14 +25,14 @@ HEADS = ["image, method", "particles", "paper [s]", "paper, ratio to CamShift"]
 HEADS += ["ours, NumPy [ms]", "ours, ratio", "ours, compiled [ms]"]
 
 
-def plain_methods(texts: Mapping[str, str]) -> Methods:
+def plain_methods(specs: Mapping[str, str]) -> Methods:
     """Return the plain versions of trackers with equal parameters."""
-    kinds = {"camshift": plain.PlainCamShift, "camshift-improved": plain.PlainImprovedCamShift}
-    kinds |= {"wang2010": plain.PlainWang2010, "particle-filter": plain.PlainParticleFilter}
-    specs = {name: parse_tracker(text) for name, text in texts.items()}
+    classes = {"camshift": plain.PlainCamShift, "camshift-improved": plain.PlainImprovedCamShift}
+    classes |= {"wang2010": plain.PlainWang2010, "particle-filter": plain.PlainParticleFilter}
+    parsed = {name: parse_tracker(spec) for name, spec in specs.items()}
     return {
-        name: partial(kinds[spec.name], np.random.SeedSequence(0), **spec.parameters)
-        for name, spec in specs.items()
+        name: partial(classes[spec.name], np.random.SeedSequence(0), **spec.parameters)
+        for name, spec in parsed.items()
     }
 
 

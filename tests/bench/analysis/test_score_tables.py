@@ -138,7 +138,7 @@ def test_complete_adds_only_missing_pairs():
 
 def test_sequence_table_has_no_marks():
     table = sequences([done("a", "s", 0, 0.9), done("b", "s", 0, 0.8)])
-    assert not any(cell.best for row in table.rows for cell in row)
+    assert not any(cell.is_best for row in table.rows for cell in row)
 
 
 def test_cells_show_totals_of_counts_and_scaled_values():

@@ -11,10 +11,9 @@ import trackmark as tm
 from trackmark import datasets
 from trackmark.bench.analysis import film_strips
 from trackmark.bench.analysis.film_strips import write_strips
-from trackmark.bench.analysis.run_tables import tables
+from trackmark.bench.analysis.run_tables import tables, with_revised_scores
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import REVISED, score_both
-from trackmark.bench.store.data_frames import with_revised_scores
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.overlay import TRUTH, film_strip
 from trackmark.reports.palette import colour

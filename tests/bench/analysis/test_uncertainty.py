@@ -91,7 +91,7 @@ def test_summary_has_marks_of_comparison(spread, sequences):
     runs = compared(sequences, spread, np.random.default_rng(sequences))
     summary, _ = score_tables(runs, runs[:0], "T")
     standings, *_ = files(compare(runs, SUMMARY[0]))
-    assert [row[1].best for row in summary.rows] == [row[1].best for row in standings.rows]
+    assert [row[1].is_best for row in summary.rows] == [row[1].is_best for row in standings.rows]
 
 
 def test_summary_explains_intervals_and_marks_in_every_format():
@@ -112,7 +112,7 @@ def test_summary_of_few_units_has_no_intervals():
     runs = pd.DataFrame(frame("a", 0.9, n=5) + frame("b", 0.2, n=5))
     summary, _ = score_tables(runs, runs[:0], "T")
     assert "5 sequences: too few for intervals and marks (6 needed)" in summary.caption
-    assert not any(cell.best or "[" in cell.text for row in summary.rows for cell in row)
+    assert not any(cell.is_best or "[" in cell.text for row in summary.rows for cell in row)
 
 
 def test_summary_averages_over_families_within_limits():

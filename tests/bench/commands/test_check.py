@@ -297,7 +297,7 @@ def test_families_of_check_name_every_sequence(trackmark, workspace, baseline_fi
     message = trackmark(*call, status=2).stderr
     assert "families.csv: the sequence 'plain/target" in message
     assert not (workspace / "results" / "check-own").exists()
-    names = [entry for row in read_baseline(baseline_file).entries.values() for entry in row]
+    names = [entry for row in read_baseline(baseline_file).scores.values() for entry in row]
     families.write_text("sequence,family\n" + "".join(f"{name},video\n" for name in {*names}))
     assert "mean of 1 family" in trackmark(*call, status=1).stdout
 
@@ -366,9 +366,9 @@ def restricted(baseline, first):
             )
             for name, entry in row.items()
         }
-        for tracker, row in baseline.entries.items()
+        for tracker, row in baseline.scores.items()
     }
-    return replace(baseline, entries=entries, n_repetitions=N_REPETITIONS)
+    return replace(baseline, scores=entries, n_repetitions=N_REPETITIONS)
 
 
 @pytest.mark.slow

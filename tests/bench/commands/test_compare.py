@@ -6,6 +6,7 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
+from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
@@ -82,7 +83,7 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = RunStore(workspace / "results/gap")
-    requested = results.requested_runs()
+    requested = StoredRuns.read(results.folder).requests
     results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
     results.add_requests(requested)
     results = ("compare", "--results", "results/gap")

@@ -46,9 +46,9 @@ NAMES = {
 
 def test_patterns_and_folders_stand_for_their_sequences(places):
     for text, names in NAMES.items():
-        assert [source.text for source in matching_sequences(text)] == names, text
+        assert [source.spec for source in matching_sequences(text)] == names, text
     (source,) = matching_sequences(str(places / "*" / "walk2"))
-    assert source.text == str(places / "data" / "walk2")
+    assert source.spec == str(places / "data" / "walk2")
     assert len(datasets.matching("samples")) == 2
 
 
@@ -70,7 +70,7 @@ def test_pattern_without_match_names_the_nearest_few(trackmark, one_line, places
 
 
 def test_experiment_may_have_a_hundred_thousand_sequences():
-    many = tuple(plan.SequenceSource(f"plain/target:scene={i}") for i in range(100_000))
+    many = tuple(plan.SequenceSpec(f"plain/target:scene={i}") for i in range(100_000))
     assert len(plan.Experiment("many", ("static",), many).sequences) == 100_000
     with pytest.raises(plan.ExperimentError, match="'plain/target:scene=7' is named twice"):
         plan.Experiment("many", ("static",), (*many, many[7]))
@@ -89,14 +89,14 @@ EXCLUDED = {
 @pytest.mark.usefixtures("places")
 def test_names_after_exclamation_marks_are_left_out():
     for text, names in EXCLUDED.items():
-        assert [source.text for source in matching_sequences(text)] == names, text
+        assert [source.spec for source in matching_sequences(text)] == names, text
 
 
 def test_targets_are_left_out_by_their_names(places):
     file = places / "data" / "walk2" / "groundtruth_rect.txt"
     file.rename(file.with_name("groundtruth_rect.1.txt"))
     (file.with_name("groundtruth_rect.2.txt")).write_text("5,6,10,12\n" * 2)
-    (first, *_) = [source.text for source in matching_sequences("data,!walk2.2,!Small,!walk10")]
+    (first, *_) = [source.spec for source in matching_sequences("data,!walk2.2,!Small,!walk10")]
     assert first == "data/walk2:target=1"
 
 

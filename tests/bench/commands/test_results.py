@@ -306,12 +306,14 @@ def test_check_does_not_call_a_newer_schema_damaged(trackmark, workspace):
     assert "schema version 9" in newer["error"]
 
 
-def test_check_rebuilds_a_damaged_index_and_names_an_empty_file(trackmark, workspace):
+def test_check_names_a_damaged_index_and_an_empty_file(trackmark, workspace):
     trackmark(*STATIC, "data/Small", "--results-root", "results")
     drop_last_entry_of_index(workspace / "results/mine")
-    checked = trackmark("results", "check", "results")
-    assert "results/mine: 1 runs, undamaged\n" in checked.stdout
-    assert "a damaged index was rebuilt" in checked.stderr
+    checked = trackmark("results", "check", "results", status=1)
+    assert "results/mine: damaged\n" in checked.stdout
+    assert "`trackmark results merge`" in checked.stderr
+    assert "Copied 1 runs" in trackmark("results", "merge", "results/mine", "new").stdout
+    assert "new: 1 runs, undamaged\n" in trackmark("results", "check", "new").stdout
     (workspace / "results/mine/runs.db").write_bytes(b"")
     checked = trackmark("results", "check", "results", status=1)
     assert "results/mine: damaged\n" in checked.stdout

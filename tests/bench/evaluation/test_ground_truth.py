@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 
 import trackmark as tm
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import Sequence, SequenceError
 
 N = 6

@@ -10,6 +10,7 @@ import pytest
 
 from tests.bench.exchange.import_builder import import_runs
 from tests.bench.exchange.test_formats import binary
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench import metrics
 from trackmark.bench.evaluation.loop import evaluate_run
@@ -19,7 +20,6 @@ from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tr
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import add_truth_of
 
 SEQUENCE = "plain/target:length=64"
 SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]

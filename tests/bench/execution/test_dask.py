@@ -13,7 +13,7 @@ from tests.bench.execution.conftest import TRACKMARK
 from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.cluster import ClusterError, _run_task, with_absolute_paths
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 
 ACTS = {
@@ -145,14 +145,14 @@ def test_lost_scheduler_is_reported_in_one_line(data, start, scheduler):
     ],
 )
 def test_path_of_a_tracker_file_is_sent_as_absolute(typed, sent):
-    task = Task(SequenceSource("samples/face"), (PlannedRun(typed, None),), 120)
+    task = Task(SequenceSpec("samples/face"), (PlannedRun(typed, None),), 120)
     (run,) = with_absolute_paths(task).runs
     assert run.tracker == sent.format(Path.cwd())
 
 
 def test_worker_with_another_source_is_refused(monkeypatch):
     monkeypatch.setattr("socket.gethostname", lambda: "node-7")
-    task = Task(SequenceSource("samples/face"), (), 120)
+    task = Task(SequenceSpec("samples/face"), (), 120)
     error = _run_task("command", Limits(), "another", task)
     assert isinstance(error, ClusterError)
     assert str(error).startswith("the worker on node-7 has another version of trackmark's source")

@@ -9,7 +9,7 @@ from trackmark.bench.execution.estimate import TimeEstimate, estimate_time
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 
 
@@ -20,7 +20,7 @@ def estimated(folder, experiment, workers=1):
 
 @pytest.fixture
 def trial(workspace):
-    sequence = SequenceSource(str(workspace / "data" / "Small"))
+    sequence = SequenceSpec(str(workspace / "data" / "Small"))
     return Experiment("trial", ("static", "camshift"), (sequence,))
 
 
@@ -28,7 +28,7 @@ def test_estimate_multiplies_frames_by_measured_times(workspace, trial, in_this_
     folder = run_experiment(trial, workspace / "results", jobs=1)
     assert estimated(workspace, trial) == TimeEstimate(0.0, [])
     with sqlite3.connect(folder / "runs.db") as database:
-        database.execute("UPDATE run SET seconds = 2 * frames, frame_seconds = 0.5")
+        database.execute("UPDATE run SET seconds = 2 * frames, reading_seconds = 0.5")
         (frames,) = database.execute("SELECT frames FROM run").fetchone()
     again = replace(trial, name="again")
     assert estimated(workspace, again) == TimeEstimate(frames * (2 + 2 + 0.5), [])

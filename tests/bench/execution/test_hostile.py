@@ -16,7 +16,7 @@ from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.execution.worker import run_task
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_trackers, run_identity
 
 FRAMES = 12
@@ -58,7 +58,7 @@ def lock_step(data_folder):
         texts = ["static", *(f"{data_folder}/hostile.py:{name}" for name in ("Calm", *names))]
         specs = parse_trackers(texts)
         runs = [PlannedRun(text, run_identity(specs[text], sequence, 0)) for text in texts]
-        return Task(SequenceSource(str(data_folder / "A")), tuple(runs), FRAMES)
+        return Task(SequenceSpec(str(data_folder / "A")), tuple(runs), FRAMES)
 
     return make
 

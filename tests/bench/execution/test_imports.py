@@ -6,7 +6,7 @@ import sys
 import pytest
 
 from trackmark.bench.execution.executor import Execution
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import resolve_specs
 from trackmark.trackers import TrackerError
 
@@ -37,7 +37,7 @@ def errors(tmp_path, monkeypatch):
     def run(text, option=""):
         (tmp_path / "mine.py").write_text(text)
         shutil.rmtree("used", ignore_errors=True)
-        sources = tuple(map(SequenceSource, ("samples/face", "samples/bow-tie")))
+        sources = tuple(map(SequenceSpec, ("samples/face", "samples/bow-tie")))
         execution = Execution(
             Experiment("e", (f"mine.py{option}",), sources), tmp_path / "results", 2
         )

@@ -10,7 +10,7 @@ import pytest
 
 from tests.bench.execution.conftest import TRACKMARK, send
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 
 FRAMES = 60
@@ -93,7 +93,7 @@ def stamps(folder):
 @pytest.fixture(scope="module")
 def run_here(data_folder, without_processes):
     """Return a function that performs the runs of the command in this process."""
-    sources = tuple(SequenceSource(str(data_folder / name)) for name in SEQUENCES)
+    sources = tuple(SequenceSpec(str(data_folder / name)) for name in SEQUENCES)
 
     def run(name):
         chosen = Experiment(name, ("static", f"{data_folder}/walk.py:Draws"), sources, SEEDS)

@@ -11,7 +11,7 @@ from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
-from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError
 
@@ -28,7 +28,7 @@ def experiment(workspace, **changes):
     settings = {
         "name": "trial",
         "trackers": ("static", f"{workspace / 'knob.py'}:Knob"),
-        "sequences": (SequenceSource(str(workspace / "data" / "Small")),),
+        "sequences": (SequenceSpec(str(workspace / "data" / "Small")),),
         "repetitions": 3,
     } | changes
     return Experiment(**settings)
@@ -53,18 +53,18 @@ def finished(workspace):
 
 def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     knob = f"{workspace / 'knob.py'}:Knob"
-    assert len(statuses(workspace, repeated={knob: 1})) == 2
+    assert len(statuses(workspace, repetitions_by_tracker={knob: 1})) == 2
 
 
 def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
-    run_experiment(experiment(workspace, timing=True), workspace / "results", jobs=1)
+    run_experiment(experiment(workspace, is_timing=True), workspace / "results", jobs=1)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
-    timed = experiment(workspace, timing=True)
-    assert set(statuses(workspace, timing=True).values()) == {"disturbed"}
+    timed = experiment(workspace, is_timing=True)
+    assert set(statuses(workspace, is_timing=True).values()) == {"disturbed"}
     plan = make_plan(timed, RunStore(workspace / "results" / timed.name))
     assert missing_tasks(plan).n_runs == len(plan)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", 1.0)
-    assert set(statuses(workspace, timing=True).values()) == {"finished"}
+    assert set(statuses(workspace, is_timing=True).values()) == {"finished"}
 
 
 def test_missing_region_is_rejected_before_first_run(workspace):
@@ -112,7 +112,7 @@ def test_changed_sequence_makes_runs_stale_but_mtime_does_not(finished, change, 
 
 
 def test_timing_runs_are_runs_of_their_own(finished):
-    timing = {"timing": True, "repetitions": 1}
+    timing = {"is_timing": True, "repetitions": 1}
     assert set(statuses(finished, **timing).values()) == {"missing"}
     run_experiment(experiment(finished, **timing), finished / "results")
     assert set(statuses(finished, **timing).values()) == {"finished"}
@@ -134,7 +134,7 @@ def test_task_has_few_processes_of_trackers(workspace):
 
 def test_timed_trackers_take_turns(workspace):
     texts = ("static", f"{workspace}/knob.py:Knob", "camshift")
-    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, timing=True)
+    timed = small_plan(workspace, 2, trackers=texts, repetitions=2, is_timing=True)
     tasks = list(missing_tasks(timed))
     assert [len(task.runs) for task in tasks] == [1] * 3 * 2 * 2
     trackers = [task.runs[0].tracker for task in tasks]
@@ -149,7 +149,7 @@ def test_equal_trackers_are_planned_once(workspace):
 def test_two_sequences_of_one_name_are_refused(workspace):
     other = workspace / "other" / "Small"
     shutil.copytree(workspace / "data" / "Small", other)
-    sources = tuple(SequenceSource(str(path)) for path in (workspace / "data" / "Small", other))
+    sources = tuple(SequenceSpec(str(path)) for path in (workspace / "data" / "Small", other))
     assert len(statuses(workspace, sequences=sources)) == 4
     (other / "groundtruth_rect.txt").write_text("6,6,10,12\n" * 5)
     with pytest.raises(
@@ -187,7 +187,7 @@ def small_plan(workspace, sequences=1, **changes):
     """Return a plan: on each sequence of five frames, 1 run of a tracker and 3 of another."""
     for i in range(1, sequences):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / f"Other{i}")
-    sources = tuple(SequenceSource(str(path)) for path in sorted((workspace / "data").iterdir()))
+    sources = tuple(SequenceSpec(str(path)) for path in sorted((workspace / "data").iterdir()))
     return make_plan(
         experiment(workspace, sequences=sources, **changes), RunStore(workspace / "none")
     )
@@ -216,8 +216,8 @@ def test_tasks_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
 
 
 def test_longest_sequences_are_planned_first(workspace, otb):
-    sources = [SequenceSource(str(workspace / "data" / "Small"))]
-    sources.append(SequenceSource(str(otb(workspace / "data" / "Longer", 9))))
+    sources = [SequenceSpec(str(workspace / "data" / "Small"))]
+    sources.append(SequenceSpec(str(otb(workspace / "data" / "Longer", 9))))
     plan = make_plan(experiment(workspace, sequences=tuple(sources)), RunStore(workspace / "none"))
     assert [task.work for task in missing_tasks(plan)] == [36, 20]
 
@@ -244,7 +244,7 @@ def test_opened_sequence_is_reused_by_next_plan(workspace, monkeypatch):
 
 
 def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
-    sources = [SequenceSource(f"{TINY}:scene={scene}") for scene in range(12)]
+    sources = [SequenceSpec(f"{TINY}:scene={scene}") for scene in range(12)]
     large = Experiment("large", ("static",), tuple(sources[:4]))
     results, progress = RunStore(workspace / "results" / "large"), []
     alone = make_plan(large, results)
@@ -255,6 +255,6 @@ def test_workers_open_sequences_of_large_plan_equally(workspace, monkeypatch):
         assert [getattr(sequence, field) for sequence in shared.sequences] == [
             getattr(sequence, field) for sequence in alone.sequences
         ]
-    broken = replace(large, sequences=(SequenceSource("no/where"), *sources[1:]))
+    broken = replace(large, sequences=(SequenceSpec("no/where"), *sources[1:]))
     with pytest.raises(SequenceError, match="no/where"):
         make_plan(broken, results, jobs=2)

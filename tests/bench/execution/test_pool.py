@@ -25,12 +25,12 @@ from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
 from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits, RepeatError
-from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, resolve_specs
 from trackmark.bench.machine_errors import MachineError
 from trackmark.bench.store.keys import ResultsError, run_key
-from trackmark.bench.store.run_rows import scored_rows
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 from trackmark.datasets import SequenceError, readers
 
 FRAMES = 12
@@ -67,7 +67,7 @@ def data(workspace, otb):
 def experiment(data, *names, sequences="AB", name="trial", **options):
     """Return an experiment; capitalised names are of `ACTS`."""
     trackers = [f"{data}/acts.py:{name}" if name[0].isupper() else name for name in names]
-    sources = tuple(SequenceSource(str(data / "data" / sequence)) for sequence in sequences)
+    sources = tuple(SequenceSpec(str(data / "data" / sequence)) for sequence in sequences)
     return Experiment(name, tuple(trackers), sources, **options)
 
 
@@ -109,7 +109,7 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     assert execution.tasks.work == seen[-1] == 2 * FRAMES * 4
     assert 0 <= min(seen) <= max(seen) <= execution.tasks.work
     results = RunStore(folder_without_workers)
-    for row in scored_rows(results):
+    for row in Runs.open(folder_without_workers).stored_rows:
         stored = results.read(run_key(row))
         tracker = row["tracker"].replace("knob.py", f"{data}/knob.py")
         alone = evaluate_run(tracker, str(data / "data" / row["sequence"]), row["repetition"])
@@ -132,7 +132,7 @@ def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, op
     worker_folder = run_experiment(requested, data / "results", jobs=1)
     with without_processes():
         local_folder = run_experiment(replace(requested, name="here"), data / "results", jobs=1)
-    (row,) = scored_rows(RunStore(worker_folder))
+    (row,) = Runs.open(worker_folder).stored_rows
     a, b = (RunStore(folder).read(run_key(row)) for folder in (worker_folder, local_folder))
     assert a.identity == b.identity
     assert a.arrays.keys() == b.arrays.keys()

@@ -10,7 +10,7 @@ from trackmark.bench.execution.plan import PlannedSequence, make_plan
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
-    SequenceSource,
+    SequenceSpec,
     experiment_names,
     read_experiment,
 )
@@ -44,7 +44,7 @@ def test_lists_are_swept_in_their_order(tmp_path):
         "camshift:window=fixed:hue_bins=16",
         "camshift:window=adaptive:hue_bins=16",
     )
-    assert [source.text for source in experiment.sequences] == [
+    assert [source.spec for source in experiment.sequences] == [
         "samples/face",
         "plain/target:scene=0:occlusion=0",
         "plain/target:scene=0:occlusion=0.5",
@@ -59,14 +59,14 @@ def test_names_are_swept_and_trackers_may_have_own_repetitions(tmp_path):
     experiment = read_experiment(path)
     special = ("static:init=full", "static:init=boxes", "camshift:init=full", "camshift:init=boxes")
     assert experiment.trackers[:4] == special
-    assert experiment.repeated == dict.fromkeys(special, 2)
+    assert experiment.repetitions_by_tracker == dict.fromkeys(special, 2)
 
 
 def test_table_may_name_a_ground_truth_file(tmp_path):
     entry = '{ name = "a.mp4", truth = "b.csv" }'
     path = written(tmp_path, GOOD.replace('"samples/face"', entry))
     source = read_experiment(path).sequences[0]
-    assert (source.text, str(source.truth)) == ("a.mp4", "b.csv")
+    assert (source.spec, str(source.truth)) == ("a.mp4", "b.csv")
 
 
 @pytest.mark.parametrize(
@@ -102,7 +102,7 @@ def test_unknown_experiment_and_invalid_name_are_refused(tmp_path):
         read_experiment("dmo")
     for name in ("", " ", "a/b", ".hidden", "_truth", "own ", "a\nb"):
         with pytest.raises(ExperimentError, match="not a valid name of a results folder"):
-            Experiment(name, ("static",), (SequenceSource("samples/face"),))
+            Experiment(name, ("static",), (SequenceSpec("samples/face"),))
 
 
 outline = cache(datasets.describe)
@@ -110,7 +110,7 @@ outline = cache(datasets.describe)
 
 def unopened(source):
     """Return the plan of a sequence from its sealed outline; its parameters are checked."""
-    name, options = parse_text(source.text)
+    name, options = parse_text(source.spec)
     about = outline(name)
     for suite in suites():
         if name in suite.names() and isinstance(suite, SyntheticSuite):
@@ -130,7 +130,7 @@ def test_every_experiment_of_the_package_is_planned(name, tmp_path):
 def test_absolute_source_keeps_built_in_names(tmp_path, monkeypatch):
     (tmp_path / "samples" / "face").mkdir(parents=True)
     monkeypatch.chdir(tmp_path)
-    assert SequenceSource("samples/face").absolute() == SequenceSource("samples/face")
-    assert SequenceSource("./samples/face").absolute().text == str(tmp_path / "samples" / "face")
-    truth = SequenceSource("clip.avi", Path("truth.csv")).absolute().truth
+    assert SequenceSpec("samples/face").absolute() == SequenceSpec("samples/face")
+    assert SequenceSpec("./samples/face").absolute().spec == str(tmp_path / "samples" / "face")
+    truth = SequenceSpec("clip.avi", Path("truth.csv")).absolute().truth
     assert truth == tmp_path / "truth.csv"

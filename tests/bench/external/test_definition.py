@@ -11,7 +11,7 @@ from trackmark import datasets
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.cluster import with_absolute_paths
 from trackmark.bench.execution.task import PlannedRun, Task
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import describe_tracker, parse_tracker
 from trackmark.bench.external.trax import TraxPlugin
 from trackmark.trackers import Randomness, TrackerError, static
@@ -220,6 +220,6 @@ def test_invalid_specification_is_explained(tables, text):
     ],
 )
 def test_specification_for_another_folder_has_absolute_paths(folder, text, expected):
-    task = Task(SequenceSource("Noise"), (PlannedRun(text, None),), 6)
+    task = Task(SequenceSpec("Noise"), (PlannedRun(text, None),), 6)
     (run,) = with_absolute_paths(task).runs
     assert run.tracker == expected.format(folder=folder)

@@ -19,7 +19,7 @@ from trackmark.bench import temporary_paths
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
-from trackmark.bench.experiments.experiment import SequenceSource
+from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
 from trackmark.bench.external import trax
 from trackmark.bench.external.definition import open_external
@@ -234,7 +234,7 @@ def perform(texts, options=""):
     assert not living("plain")
     for text, spec in specs.items():
         identity = run_identity(spec, datasets.load("Noise"), 0)
-        tasks.append(Task(SequenceSource("Noise"), (PlannedRun(text + options, identity),), 8))
+        tasks.append(Task(SequenceSpec("Noise"), (PlannedRun(text + options, identity),), 8))
     with closing(Pool(1, Limits())) as pool:
         outcomes = {
             task.runs[0].tracker.removesuffix(options): outcome

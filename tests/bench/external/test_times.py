@@ -97,7 +97,7 @@ def test_clocks_and_notes_are_shown_with_times(waiting, folder, run_trial):
 
 def test_timing_runs_have_all_columns_of_times(waiting, folder, run_trial):
     trackers = ["static", waiting["file"]]
-    runs = Runs.open(run_trial(folder / "timed", trackers, ["Noise"], timing=True))
+    runs = Runs.open(run_trial(folder / "timed", trackers, ["Noise"], is_timing=True))
     (table,) = [table for table in tables(runs) if table.name == "times"]
     assert table.headings[2:6] == ["ms/frame", "fps", "median [ms]", "95th percentile [ms]"]
     lines = summarise_times(runs)

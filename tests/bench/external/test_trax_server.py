@@ -209,3 +209,14 @@ def test_vot_toolkit_runs_our_tracker(tmp_path):
     done = subprocess.run(test, cwd=tmp_path, capture_output=True, text=True, timeout=300)
     assert "Test concluded successfuly" in done.stdout + done.stderr  # spelt so by vot-toolkit
     assert done.stdout.count("@@TRAX:state") == 50
+
+
+def test_tracker_of_a_file_runs_in_the_serving_process(tmp_path):
+    """Its time is then that of the process that the client has started."""
+    code = (
+        "import os\nclass One:\n    def init(self, image, box):\n        print('in', os.getpid())\n"
+    )
+    (tmp_path / "one.py").write_text(f"{code}    def update(self, image):\n        pass\n")
+    tracker = start(tmp_path / "one.py")
+    tracker.init(np.zeros((24, 32, 3), np.uint8), np.array([1.0, 2, 3, 4]))
+    assert f"in {tracker.process.process.pid}\n" in f"{tracker.process.end_output()}\n"

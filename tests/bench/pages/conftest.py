@@ -4,7 +4,7 @@ import pytest
 
 from tests.bench.pages.reading import write_experiment_page
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 
 DRIFTING = '''
 """Drifts randomly."""
@@ -43,7 +43,7 @@ def results(tmp_path_factory, without_processes, drifting):
     sources = [f"plain/target:length=60:scene={n}" for n in range(5)]
     sources += ["plain/target:length=60:scene=9:noise=30"]
     trackers = ("static", "camshift", drifting)
-    experiment = Experiment("trial", trackers, tuple(map(SequenceSource, sources)), repetitions=3)
+    experiment = Experiment("trial", trackers, tuple(map(SequenceSpec, sources)), repetitions=3)
     with without_processes():
         return run_experiment(experiment, tmp_path_factory.mktemp("paged"), jobs=1)
 

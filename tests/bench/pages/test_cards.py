@@ -55,7 +55,7 @@ PARTS = [
     ),
     (
         "worst_frames",
-        {"entries": [ENTRY | {"first": 0, "last": 8, "overlaps": [(1, "b", 0.12)]}]},
+        {"excerpts": [ENTRY | {"first": 0, "last": 8, "overlaps": [(1, "b", 0.12)]}]},
         [
             f'<a class="loop" {LINK} data-loop="0,0,8">',
             "<b>s</b><small>frame 7</small>",
@@ -107,7 +107,7 @@ PARTS = [
     ),
     (
         "lost_runs",
-        {"entries": [ENTRY | {"reason": "lost at frame 7"}]},
+        {"losses": [ENTRY | {"reason": "lost at frame 7"}]},
         [f"<li><a {LINK}><span>* <b>b</b> on s<br><small>lost at frame 7</small></span></a>"],
     ),
     (

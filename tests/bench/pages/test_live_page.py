@@ -14,7 +14,7 @@ from tests.bench.pages.reading import data_of, stored_runs
 from trackmark import bench, datasets
 from trackmark.bench.commands import show
 from trackmark.bench.evaluation.loop import evaluate_run
-from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.pages.live_page import write_live_page
 
 SEEING = '''
@@ -57,7 +57,7 @@ def page(tmp_path_factory, without_processes):
     folder = tmp_path_factory.mktemp("live")
     (folder / "seeing.py").write_text(SEEING)
     trackers = [f"{folder / 'seeing.py'}:Seeing", "static"]
-    source, path = SequenceSource(SEQUENCE), folder / "live.html"
+    source, path = SequenceSpec(SEQUENCE), folder / "live.html"
     with without_processes():
         (path,), failures = write_live_page(trackers, source, path, lambda *_: None)
     assert failures == []
@@ -225,7 +225,7 @@ def test_arrays_are_stored_for_new_one_pass_runs(workspace, trackmark, monkeypat
         monkeypatch.setattr(show, "_boxes_of_runs", lambda *arguments: (read(*arguments)[0], {}))
     assert (strips[0] != strips[1]).any(axis=2).sum() > 50  # the contour's pixels
     with pytest.raises(ExperimentError, match="one-pass"):
-        Experiment("a", ("static",), (SequenceSource("b"),), arrays=True, protocol="tre")
+        Experiment("a", ("static",), (SequenceSpec("b"),), keeps_arrays=True, protocol="tre")
     assert "one-pass" in trackmark(*run, "--arrays", "--timing", status=2).stderr
 
 

@@ -18,7 +18,7 @@ from tests.bench.pages.reading import (
     write_experiment_page,
 )
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 
 pytestmark = browser.needs_browser
 
@@ -45,7 +45,7 @@ def write_extreme(tmp_path_factory, without_processes):
     def write(name, trackers, n_scenes):
         named = tuple(tracker.replace("FILE", str(file)) for tracker in trackers)
         scenes = (f"plain/target:length=12:scene={n}" for n in range(n_scenes))
-        experiment = Experiment(name, named, tuple(map(SequenceSource, scenes)))
+        experiment = Experiment(name, named, tuple(map(SequenceSpec, scenes)))
         with without_processes():
             stored = run_experiment(experiment, folder / name, jobs=1)
         return write_experiment_page(stored, folder / "pages" / name)

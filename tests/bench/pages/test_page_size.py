@@ -5,12 +5,12 @@ import pytest
 
 from tests import browser
 from tests.bench.pages.reading import open_frame, write_experiment_page
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import run_identity
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.datasets import load
 
 TRACKERS = ("camshift", "mean-shift", "particle-filter", "opencv-mil", "multipart", "wang2010")
@@ -19,14 +19,14 @@ MEGABYTE = 1_000_000
 
 def stored(folder, sequences, repetitions):
     """Store results of trackers that walk at random around the ground truth."""
-    sources = tuple(map(SequenceSource, sequences))
+    sources = tuple(map(SequenceSpec, sequences))
     experiment = Experiment("many", TRACKERS, sources, repetitions=repetitions)
     results = RunStore(folder / "many")
     plan = make_plan(experiment, results)
     results.add_requests(plan.requested_runs())
     rng = np.random.default_rng(0)
     for number in range(len(sequences)):
-        sequence = load(plan.sequences[number].source.text)
+        sequence = load(plan.sequences[number].source.spec)
         add_truth_of(results.folder, sequence)
         n = len(sequence)
         for tracker in plan.trackers.values():

@@ -23,7 +23,7 @@ from tests.bench.pages.reading import (
 )
 from trackmark import datasets
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.metrics.centre_error import centre_error, centre_inside
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.pages import page as pages
@@ -379,7 +379,7 @@ def test_curve_has_numbers_of_overlap_or_error(opened_page):
 @pytest.mark.slow
 def test_frames_beside_the_page_are_loaded_when_needed(chromium, results, tmp_path, monkeypatch):
     monkeypatch.setattr(pages, "MAX_INLINE_FRAMES", 0)
-    beside = write_experiment_page(results, tmp_path, full=True)
+    beside = write_experiment_page(results, tmp_path, with_full_frames=True)
     assert len(list((tmp_path / "report-frames").glob("thumbnails-*.js"))) >= 6
     chromium.console.clear()
     chromium.size(1280, 900, still=True)  # loops do not load frames
@@ -434,7 +434,7 @@ def test_absent_failures_are_stated(opened_page):
 def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path, without_processes):
     (tmp_path / "failing.py").write_text(failing_tracker(12, step=12))
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")
-    experiment = Experiment("mine", trackers, (SequenceSource("plain/target:length=20"),))
+    experiment = Experiment("mine", trackers, (SequenceSpec("plain/target:length=20"),))
     with without_processes():
         page = write_experiment_page(run_experiment(experiment, tmp_path, jobs=1), tmp_path)
     chromium.console.clear()

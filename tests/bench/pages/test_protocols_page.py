@@ -20,7 +20,7 @@ from tests.bench.pages.reading import (
 )
 from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
@@ -43,7 +43,7 @@ def by_protocols(drifting, tmp_path_factory, without_processes):
     """Provide runs of a tracker by several protocols, and their page."""
     folder = tmp_path_factory.mktemp("protocols")
     for protocol in PROTOCOLS:
-        sources = (SequenceSource(SOURCE),)
+        sources = (SequenceSpec(SOURCE),)
         experiment = Experiment("trial", (drifting,), sources, repetitions=2, protocol=protocol)
         with without_processes():
             stored = run_experiment(experiment, folder, jobs=1)

@@ -22,7 +22,7 @@ from tests.bench.pages.reading import (
 )
 from trackmark.bench.analysis.times import time_text
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.pages.content import Page, PageSection, PageTable
@@ -213,7 +213,7 @@ def test_subsets_open_the_worst_frame_of_their_sequences(results, page):
 
 
 def test_page_without_subsets_has_no_section_of_them(without_processes, tmp_path):
-    sources = tuple(SequenceSource(f"plain/target:length=15:scene={n}") for n in range(2))
+    sources = tuple(SequenceSpec(f"plain/target:length=15:scene={n}") for n in range(2))
     with without_processes():
         experiment = Experiment("trial", ("static", "camshift:window=adaptive"), sources)
         folder = run_experiment(experiment, tmp_path, jobs=1)

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from tests.bench.papers.claim_entries import claim_text
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench import papers as papers_package
 from trackmark.bench.evaluation.loop import run_protocol
@@ -15,7 +16,6 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import add_truth_of
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -201,7 +201,7 @@ class Tiny:
             experiment.name: stored_runs(
                 self.results / experiment.name,
                 experiment.trackers,
-                [source.text for source in experiment.sequences],
+                [source.spec for source in experiment.sequences],
             )
             for experiment in self.paper.experiments(ReproductionOptions(with_sensitivity=True))
         }

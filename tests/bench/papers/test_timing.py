@@ -121,7 +121,7 @@ def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
         (wang2010.plain_methods, ("wang2010", "particle-filter", "camshift", "camshift-improved")),
         (tracker_methods, ("camshift",)),
         (multipart.histograms, ("multipart",)),
-        (nummiaro2003.plain_methods, ("nummiaro2003:preset=as-written",)),
+        (nummiaro2003.numpy_methods, ("nummiaro2003:preset=as-written",)),
         (nummiaro2003.compiled_methods, ("nummiaro2003:preset=as-written",)),
     ],
 )
@@ -151,7 +151,7 @@ def test_claims_on_times_are_judged(paper, monkeypatch):
     module = paper_module(paper, "timing")
     monkeypatch.setattr(module, "kept_times", simulated_times)
     context = SimpleNamespace(paper=read_paper(paper))
-    claims = [c for c in context.paper.claims.values() if c.measure.kind == "time"]
+    claims = [c for c in context.paper.claims.values() if c.measure.subject == "time"]
     for claim, setting in product(claims, SETTINGS):
         assert judge(claim, evidence(claim, setting, context)).n_units == ROUNDS
     table = module.time_table(context)

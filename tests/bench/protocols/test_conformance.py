@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from tests.bench.evaluation.walkers import Walker
+from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
 from trackmark.bench import metrics, protocols
 from trackmark.bench.analysis.by_metrics import metric_tables
@@ -17,14 +18,12 @@ from trackmark.bench.execution.plan import RunStatus, make_plan
 from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import run_task
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import scored_rows
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of
 from trackmark.trackers import Estimate
 
 every_protocol = pytest.mark.parametrize("name", protocols.names())
@@ -74,7 +73,7 @@ def test_protocols_are_found_by_file_and_keep_defaults():
 
 @every_protocol
 def test_definition_of_protocol_is_complete(name):
-    definition = protocols.describe(name)
+    definition = protocols.describe_protocol(name)
     assert definition["name"] == name
     assert definition["summary"].endswith(".")
     assert len(definition["summary"]) < 80
@@ -192,7 +191,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     results.add_requests(RequestedRuns("", {}))
     add_truth_of(results.folder, sequence)
     results.add(unknown)
-    (row,) = scored_rows(results)
+    (row,) = Runs.open(results.folder).stored_rows
     assert (row["protocol"], row["scores"]) == ("of-tomorrow:knob=1", {})
     (table,) = metric_tables(Runs.open(results.folder), ["native"]).tables
     assert any(
@@ -211,12 +210,12 @@ def test_one_pass_keeps_its_first_identity_and_stored_name(sequence, tmp_path):
 
 @every_protocol
 def test_failed_run_has_rows_of_its_protocol(name, tmp_path, monkeypatch):
-    source = SequenceSource("plain/target:length=30")
+    source = SequenceSpec("plain/target:length=30")
     experiment = Experiment("trial", ("static",), (source,), protocol=text_of(name))
     results = RunStore(tmp_path / "trial")
     plan = make_plan(experiment, results)
     (task,) = missing_tasks(plan)
-    add_truth_of(results.folder, datasets.load(source.text))
+    add_truth_of(results.folder, datasets.load(source.spec))
     monkeypatch.setattr("trackmark.trackers.static.Static.update", None)
     (run,) = run_task(task, Limits())
     assert results.add(run)

@@ -15,11 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark import trackers
-from trackmark.bench.experiments.experiment import ExperimentError, SequenceSource
+from trackmark.bench.experiments.experiment import ExperimentError, SequenceSpec
 from trackmark.bench.regression.baseline import (
     Baseline,
-    BaselineEntry,
     BaselineError,
+    BaselineScore,
     baseline_path,
     box_digest,
     check_equal_scores,
@@ -34,7 +34,7 @@ ENVIRONMENT = {"platform": "Linux x86_64", "numpy": "2.1"}
 
 def entry(overlap=(0.5,) * N_REPETITIONS, path="s0", **options):
     boxes = tuple(f"{repetition:08x}" for repetition in range(len(overlap)))
-    return BaselineEntry(SequenceSource(path, **options), "9f31c2aa", tuple(overlap), boxes)
+    return BaselineScore(SequenceSpec(path, **options), "9f31c2aa", tuple(overlap), boxes)
 
 
 def baseline(**entries):
@@ -50,10 +50,10 @@ def baseline(**entries):
 def test_written_baseline_is_read_unchanged(tmp_path):
     video = entry((0.81234, 0.0, 1.0, 1e-05, 0.3, 0.4), "clips/cup.mp4", truth=Path("cup.csv"))
     stored = baseline(**{"cup.mp4": video, "tracker": entry()})
-    stored = stored.with_accepted("mine", stored.entries, 'a "better" update', "2026-11-22")
+    stored = stored.with_accepted("mine", stored.scores, 'a "better" update', "2026-11-22")
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.entries == stored.entries
+    assert read.scores == stored.scores
     assert (read.specs, read.n_repetitions, read.detectable_drop) == (
         stored.specs,
         stored.n_repetitions,
@@ -69,10 +69,10 @@ def test_written_baseline_is_read_unchanged(tmp_path):
 def test_control_character_in_a_text_is_read_unchanged(tmp_path, sign):
     name = f"cup{sign}"
     stored = baseline(**{name: entry(path=f"data/{name}")})
-    stored = stored.with_accepted("mine", stored.entries, f"because {sign}", "2026-11-22")
+    stored = stored.with_accepted("mine", stored.scores, f"because {sign}", "2026-11-22")
     write_baseline(stored, tmp_path / "own.toml")
     read = read_baseline(tmp_path / "own.toml")
-    assert read.entries["mine"][name].source.text == f"data/{name}"
+    assert read.scores["mine"][name].source.spec == f"data/{name}"
     assert read.accepted[0]["reason"] == f"because {sign}"
 
 
@@ -146,7 +146,7 @@ REFUSED = [
 def test_damaged_baseline_is_refused_in_one_line(tmp_path, old, new, words):
     file = tmp_path / "own.toml"
     stored = baseline()
-    write_baseline(stored.with_accepted("mine", stored.entries, "x", "2026-11-22"), file)
+    write_baseline(stored.with_accepted("mine", stored.scores, "x", "2026-11-22"), file)
     assert old in file.read_text() or old == "]"
     text = file.read_text().replace(old, new, 1)
     file.write_text(text, errors="surrogateescape")
@@ -177,7 +177,7 @@ def test_invalid_name_of_a_baseline_is_refused(name):
 
 
 def test_changed_overlap_of_equal_boxes_is_refused():
-    before = baseline().entries
+    before = baseline().scores
     check_equal_scores(Path("own.toml"), before, {**before, "static": {"s0": entry((0.25004,))}})
     # A tracker that draws random numbers now has the boxes of its old run with one repetition.
     now = {**before, "static": {"s0": entry((0.26,) * N_REPETITIONS)}}
@@ -194,7 +194,7 @@ def test_changed_overlap_of_equal_boxes_is_refused():
 def valid(tmp_path_factory):
     file = tmp_path_factory.mktemp("baseline") / "own.toml"
     stored = baseline(s1=entry(path="data/s1", truth=Path("s1.csv")))
-    write_baseline(stored.with_accepted("mine", stored.entries, "x", "2026-11-22"), file)
+    write_baseline(stored.with_accepted("mine", stored.scores, "x", "2026-11-22"), file)
     return file.read_bytes(), file.with_name("mutated.toml")
 
 
@@ -211,7 +211,7 @@ def assert_read_as_written_or_refused(file):
     assert list(read.accepted) == table.get("accepted", [])
     for tracker, entries in table["trackers"].items():
         for name, entry in entries.items():
-            stored = read.entries[tracker][name]
+            stored = read.scores[tracker][name]
             assert list(stored.overlap) == entry["overlap"]
             assert list(stored.box_digests) == entry["box_digests"]
             assert stored.fingerprint == entry["fingerprint"]
@@ -263,5 +263,5 @@ def test_project_baseline_has_all_distinct_presets():
                     repr(trackers.resolve(name, preset=preset).parameters), label
                 )
             labels |= set(by_parameters.values())
-    assert set(stored.entries) == labels
-    assert len({tuple(entries) for entries in stored.entries.values()}) == 1
+    assert set(stored.scores) == labels
+    assert len({tuple(entries) for entries in stored.scores.values()}) == 1

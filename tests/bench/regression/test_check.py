@@ -7,8 +7,8 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
-from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.regression.baseline import Baseline, BaselineEntry
+from trackmark.bench.experiments.experiment import SequenceSpec
+from trackmark.bench.regression.baseline import Baseline, BaselineScore
 from trackmark.bench.regression.check import (
     changed_sequences,
     check,
@@ -35,7 +35,7 @@ def entry(overlap, version="0", same=(), failures=()):
         boxes[repetition] = ""
     reasons = dict.fromkeys(failures, "IndexError: index 64 is out of bounds")
     numbers = tuple(float(value) for value in np.round(overlap, 5))
-    return BaselineEntry(SequenceSource("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
+    return BaselineScore(SequenceSpec("s"), "9f31c2aa", numbers, tuple(boxes), reasons)
 
 
 def baseline(entries):
@@ -197,7 +197,7 @@ def test_rows_start_with_the_worst_in_every_format():
     states = [row["decision"] for row in check_json(result)["scores"]]
     assert states == ["worse", "better", "not worse", "identical", "identical"]
     assert len(table(result).rows) == 4
-    assert len(table(result, whole=True).rows) == 6
+    assert len(table(result, with_identical=True).rows) == 6
     assert "| worse | mine | s1 |" in to_markdown(table(result))
     suite = ElementTree.fromstring(check_junit(result))
     assert (suite.get("tests"), suite.get("failures")) == ("6", "1")
@@ -205,9 +205,9 @@ def test_rows_start_with_the_worst_in_every_format():
 
 def test_first_repetitions_of_a_baseline_are_compared():
     before = baseline(BEFORE).with_repetitions(6)
-    assert {len(c.overlap) for c in before.entries["mine"].values()} == {6}
-    assert len(before.entries["static"]["s0"].box_digests) == 1
-    now = {**before.entries, "mine": {**before.entries["mine"], "s0": entry([0.1] * 6, "1")}}
+    assert {len(c.overlap) for c in before.scores["mine"].values()} == {6}
+    assert len(before.scores["static"]["s0"].box_digests) == 1
+    now = {**before.scores, "mine": {**before.scores["mine"], "s0": entry([0.1] * 6, "1")}}
     result = check(before, now, ENVIRONMENT)
     assert labels(result)["mine", "s0"] == "worse"
     assert "0 of 6 runs" in to_text(table(result))

@@ -7,8 +7,8 @@ the documentation states. They come from another implementation of the same popu
 import numpy as np
 import pytest
 
-from trackmark.bench.experiments.experiment import SequenceSource
-from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineEntry
+from trackmark.bench.experiments.experiment import SequenceSpec
+from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineScore
 from trackmark.bench.regression.check import check
 from trackmark.bench.statistics import verdict_rules
 from trackmark.bench.statistics.intervals import interval_ends
@@ -215,10 +215,10 @@ def test_check_reports_drops_as_documented(kind):
 def scored_cells(scores, version):
     """Return the entries of one tracker with these scores, shape (sequences, R)."""
     boxes = tuple(f"{version}{seed:07x}" for seed in range(scores.shape[1]))
-    source = SequenceSource("s")
+    source = SequenceSpec("s")
     return {
         "mine": {
-            f"s{i}": BaselineEntry(source, "9f31c2aa", tuple(row), boxes)
+            f"s{i}": BaselineScore(source, "9f31c2aa", tuple(row), boxes)
             for i, row in enumerate(scores)
         }
     }

@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
@@ -12,7 +13,6 @@ from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of
 
 
 def of_version(run, source):
@@ -41,7 +41,7 @@ def full_run(sequence, repetition=2):
         states=np.arange(n, dtype=np.int32),
         estimate_frames=np.arange(n, dtype=np.int32),
         segments=(np.arange(5, dtype=np.int32), np.arange(n - 5, dtype=np.int32)),
-        metadata={"seconds": 1.5, "frame_seconds": np.nan},
+        metadata={"seconds": 1.5, "reading_seconds": np.nan},
     )
 
 

@@ -14,16 +14,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
+from trackmark.bench.store import run_rows
 from trackmark.bench.store import run_store as store_module
 from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.store.maintenance import find_damage, repair_indexes
-from trackmark.bench.store.run_rows import scored_rows
+from trackmark.bench.store.maintenance import find_damage, merge_results
+from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of, read_truth
+from trackmark.bench.store.truth import read_truth
 
 WRITER = """
 import sys
@@ -115,12 +117,12 @@ def _repeated_warnings():
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    manifest = results.requested_runs()
+    manifest = StoredRuns.read(results.folder).requests
     runs = {cell: results.read(cell) for cell in results.list_keys()}
     stored = [
         manifest.title,
         list(manifest.versions.items()),
-        scored_rows(results),
+        Runs.open(results.folder).stored_rows,
     ]
     for cell, run in runs.items():
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
@@ -212,23 +214,23 @@ def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence,
     run = store(several, other)
     edit(several, "UPDATE truth SET arrays = zeroblob(9) WHERE sequence = 'other'")
     for _ in range(2):
-        assert [row["sequence"] for row in scored_rows(several)] == ["line"] * 4
+        assert [row["sequence"] for row in Runs.open(several.folder).stored_rows] == ["line"] * 4
     assert "runs.db is damaged: a row of its table 'truth' was changed (other" in caplog.text
     add_truth_of(several.folder, other)  # a repeated run restores the damaged row
     assert not several.add(run)
     assert find_damage(several.folder) == []
-    assert len(scored_rows(several)) == 5
+    assert len(Runs.open(several.folder).stored_rows) == 5
 
 
 def test_damaged_requests_are_named_and_restored_by_repetition(several, caplog):
-    requests = several.requested_runs()
+    requests = StoredRuns.read(several.folder).requests
     edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
     assert len(Runs.open(several.folder).table) == 4
     (message,) = find_damage(several.folder)
     assert message in caplog.text
     several.add_requests(requests)
     assert find_damage(several.folder) == []
-    assert several.requested_runs() == requests
+    assert StoredRuns.read(several.folder).requests == requests
 
 
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
@@ -313,7 +315,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(8), *range(100, 108)]
     assert assert_whole(RunStore(folder), numbers) == 16
-    assert {cell[2] for cell in RunStore(folder).requested_runs().versions} == set(numbers)
+    assert {cell[2] for cell in StoredRuns.read(folder).requests.versions} == set(numbers)
 
 
 def test_permanent_lock_is_reported(several, monkeypatch):
@@ -366,7 +368,7 @@ def test_only_corrupt_files_are_called_damaged(several, monkeypatch, name, is_da
         error.sqlite_errorname = name
         raise error
 
-    monkeypatch.setattr(module, "_validated_database", fail)
+    monkeypatch.setattr(module, "_validate", fail)
     with pytest.raises(ResultsError, match=remedy) as caught:
         several.list_keys()
     assert isinstance(caught.value, module.DamagedError) == is_damage
@@ -394,11 +396,22 @@ def drop_last_entry_of_index(folder):
     file.write_bytes(content)
 
 
-def test_damaged_index_is_rebuilt(several):
-    keys = several.list_keys()
+def test_merge_recovers_the_runs_of_a_damaged_index(several, tmp_path):
+    before, keys = contents(several), several.list_keys()
     drop_last_entry_of_index(several.folder)
     assert find_damage(several.folder)
-    repair_indexes(several.folder)
-    assert find_damage(several.folder) == []
-    assert several.list_keys() == keys
-    assert len(Runs.open(several.folder).table) == len(keys)
+    recovered = RunStore(tmp_path / "recovered")
+    assert merge_results([several.folder], recovered.folder) == (len(keys), [])
+    assert find_damage(recovered.folder) == []
+    assert contents(recovered) == before
+
+
+def test_runs_are_unpacked_from_one_transaction(several, monkeypatch):
+    """Runs that exceed the memory limit are read again; they are equal."""
+    boxes = {}
+    for limit in (run_rows.MAX_KEPT, 0):
+        monkeypatch.setattr(run_rows, "MAX_KEPT", limit)
+        stored = StoredRuns.read(several.folder)
+        assert len(stored.runs) == (4 if limit else 0)
+        boxes[limit] = [stored.run(key).boxes.tobytes() for key in several.list_keys()]
+    assert len({*map(tuple, boxes.values())}) == 1

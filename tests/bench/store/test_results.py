@@ -11,15 +11,16 @@ from hypothesis.extra.numpy import array_shapes, arrays, scalar_dtypes
 
 import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
+from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.store import run_rows
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.run_rows import list_runs, run_row, scored_rows, store_scores
+from trackmark.bench.store.run_rows import StoredRuns, list_runs, run_row, store_scores
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import add_truth_of, read_truth
+from trackmark.bench.store.truth import read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 CELL = st.tuples(
@@ -109,10 +110,10 @@ def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, secon
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    manifest = results.requested_runs()
+    manifest = StoredRuns.read(results.folder).requests
     assert (manifest.title, list(manifest.versions.items())) == ("First", list(expected.items()))
     results.remove(gone)
-    assert list(results.requested_runs().versions) == [
+    assert list(StoredRuns.read(results.folder).requests.versions) == [
         cell for cell in expected if cell not in gone
     ]
     assert find_damage(results.folder) == []
@@ -120,7 +121,7 @@ def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, secon
 
 def test_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
-    several.add_requests(several.requested_runs())
+    several.add_requests(StoredRuns.read(several.folder).requests)
     assert (several.folder / "runs.db").read_bytes() == before
 
 
@@ -168,7 +169,7 @@ def test_write_all_is_atomic(results, sequence):
 def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, store):
     keys = [("static", 10), ("static", 2), ("camshift", 0), ("static", 0)]
     runs = {key: store(results, sequence, *key) for key in keys}
-    rows = scored_rows(results)
+    rows = Runs.open(results.folder).stored_rows
     assert [(row["tracker"], row["repetition"]) for row in rows] == sorted(keys)
     for row in rows:
         run = runs[row["tracker"], row["repetition"]]
@@ -182,17 +183,19 @@ def test_rows_have_the_scores_of_their_runs_and_are_ordered(results, sequence, s
 
 def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, monkeypatch):
     run = store(results, sequence)
-    rows = scored_rows(results)
+    rows = Runs.open(results.folder).stored_rows
     with monkeypatch.context() as patch:
         patch.setattr(RunStore, "read", lambda *a: pytest.fail("a run was opened"))
-        assert repr(scored_rows(results)) == repr(rows)
+        assert repr(Runs.open(results.folder).stored_rows) == repr(rows)
     monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
     monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
-    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
+    assert [row["scores"] for row in Runs.open(results.folder).stored_rows] == [{"new": 1.0}]
     newer = of_version(run, "newer")
     assert results.add(newer, run.identity.version)
-    store_scores(results, [{**rows[0], "scores": {"late": 1.0}}])  # of the run that was replaced
-    assert [row["scores"] for row in scored_rows(results)] == [{"new": 1.0}]
+    store_scores(
+        results.folder, [{**rows[0], "scores": {"late": 1.0}}]
+    )  # of the run that was replaced
+    assert [row["scores"] for row in Runs.open(results.folder).stored_rows] == [{"new": 1.0}]
 
 
 def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
@@ -205,7 +208,7 @@ def test_data_frame_has_stored_missing_and_stale_runs(results, sequence, store):
     assert frame["status"].tolist() == ["stale", "finished", "missing"]
     for column in ("tracker", "sequence", "status", "failure", "parameters"):
         assert frame[column].dtype == object, column
-    assert frame["mean_overlap"].notna().tolist() == [True, True, False]
+    assert frame["mean_overlap"].notna().tolist() == [False, True, False]  # no score of a stale run
     chosen = Runs.open(results.folder).select([run_key(run.identity)]).table
     assert chosen["repetition"].tolist() == [0]
 
@@ -228,7 +231,7 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     assert merge_results([several.folder, other.folder], target) == (5, [])
     assert merge_results([other.folder], target) == (0, [])
     assert RunStore(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
-    assert RunStore(target).requested_runs().title == "Trial"
+    assert StoredRuns.read(target).requests.title == "Trial"
     assert find_damage(target) == []
     newer = RunStore(tmp_path / "newer")
     add_truth_of(newer.folder, sequence)

@@ -25,11 +25,12 @@ from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.worker import run_task
-from trackmark.bench.experiments.experiment import Experiment, SequenceSource
+from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
+from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
@@ -145,7 +146,7 @@ class Experimenter(RuleBasedStateMachine):
         chosen = Experiment(
             "trial",
             tuple(self._text(name) for name in sorted(trackers)),
-            tuple(SequenceSource(str(self.data_folder / name)) for name in sorted(sequences)),
+            tuple(SequenceSpec(str(self.data_folder / name)) for name in sorted(sequences)),
             repetitions=repetitions,
         )
         goal, requested = self._goal(chosen, retry_failed)
@@ -171,7 +172,7 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def stored_runs_are_the_expected_ones(self):
         assert self._stored_runs() == self.runs
-        assert dict(self.results.requested_runs().versions) == self.requested
+        assert dict(StoredRuns.read(self.results.folder).requests.versions) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
@@ -227,7 +228,7 @@ class Experimenter(RuleBasedStateMachine):
         """Return the expected runs and requested versions after an experiment."""
         goal, requested = dict(self.runs), dict(self.requested)
         for source in chosen.sequences:
-            sequence = load(source.text)
+            sequence = load(source.spec)
             for text in chosen.trackers:
                 entry = parse_tracker(text)
                 for repetition in range(chosen.repetitions if entry.name != "static" else 1):
@@ -254,7 +255,7 @@ class Experimenter(RuleBasedStateMachine):
                 stored_runs = self._stored_runs()
                 for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
                     assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(self.results.requested_runs().versions)
+                noted = dict(StoredRuns.read(self.results.folder).requests.versions)
                 assert noted in (self.requested, requested)
                 self.runs, self.requested = stored_runs, noted
                 return

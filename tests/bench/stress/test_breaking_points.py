@@ -155,7 +155,7 @@ def test_tables_and_curves_have_the_numbers(tmp_path, monkeypatch):
         complete_test(name, NOISE, half) for name, half in (("a", 0.3), ("b", 0.5), ("c", 3.0))
     ]
     result = BreakingPoints(stress_test, "a")
-    points, runs = stress_tables(result, whole=True)
+    points, runs = stress_tables(result, with_runs=True)
     assert points.rows[0][4].text == "1"
     assert points.rows[2][4].text.startswith("more than")
     assert len(runs.data) == sum(len(entry.trials) for entry in stress_test)

@@ -125,11 +125,11 @@ def surface():
 
 def test_surface_has_its_maximum_at_the_target(surface):
     box = datasets.load("plain/target").boxes[surface.frame]
-    best = surface.places[surface.coefficients.argmax()]
+    best = surface.centres[surface.coefficients.argmax()]
     np.testing.assert_allclose(best, box[:2] + box[2:] / 2, atol=2)
     assert 0.8 < surface.coefficients.max() <= 1
-    assert len(np.unique(surface.places, axis=0)) == len(surface.coefficients)
-    nearest = np.hypot(*(surface.places - surface.mean[:2]).T).min()
+    assert len(np.unique(surface.centres, axis=0)) == len(surface.coefficients)
+    nearest = np.hypot(*(surface.centres - surface.mean[:2]).T).min()
     assert surface.distance >= nearest
 
 
