@@ -109,6 +109,8 @@ def test_contributing_tracker_runs(tmp_path):
     assert (run.details["distance"][1:] >= 0).all()
     about = trackers.describe(name)
     assert about["parameters"][0]["meaning"].endswith("[pixels]")
+    with pytest.raises(trackers.TrackerError, match="box"):
+        trackers.create(name, seed=0).init(datasets.load("samples/bow-tie")[0], (20, 20, 12, 0))
 
 
 def test_contributing_cues_follow_the_observation(tmp_path):

@@ -136,7 +136,7 @@ def _metrics(name: str) -> Description:
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
     lines.append(f"agrees with  {definitions.agrees_with or 'no toolkit'}")
-    lines.append(f"scores       runs by the protocol {definitions.run_kind!r}")
+    lines.append(f"scores       runs of the kind {definitions.run_kind!r}")
     lines += [f"also called  {', '.join(definitions.aliases)}"] if definitions.aliases else []
     lines += [f"curves       {', '.join(definitions.curves)}"] if definitions.curves else []
     lines.append("metrics, with the score of a perfect tracker")

@@ -17,7 +17,7 @@ Shapes: TypeAlias = Sequence[NDArray[Any] | None] | None
 """Ground-truth region by frame: a polygon (float64, shape (k, 2)), a mask (bool, shape (height,
 width)), or None if the region is the box."""
 
-RunKind: TypeAlias = Literal["one pass", "supervised", "anchors"]
+RunKind: TypeAlias = Literal["one-pass", "supervised", "anchors"]
 """Kind of scored runs: initialised once, restarted after failures, or started from anchors."""
 
 
@@ -171,7 +171,7 @@ class Metrics:
     score: Callable[[GroundTruthLike, RunEstimates], MetricResult]
     combine: Callable[[ResultsBySequence], MetricResult] = mean_of_sequences
     curves: Mapping[str, AxisLabels] = field(default_factory=dict)
-    run_kind: RunKind = "one pass"
+    run_kind: RunKind = "one-pass"
     agrees_with: str = ""  # toolkits that compute equal scores
     undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes
     aliases: tuple[str, ...] = ()

@@ -102,7 +102,7 @@ class Controller:
 class EvaluationProtocol(Parameters):
     """Base class of protocols; a subclass declares the parameters as fields."""
 
-    run_kinds: ClassVar[tuple[str, ...]] = ("one pass",)
+    run_kinds: ClassVar[tuple[str, ...]] = ("one-pass",)
     """Kinds of runs as which metrics can score the runs; see `bench.metrics.interface.RunKind`."""
 
     metrics: ClassVar[str] = "native"

@@ -24,7 +24,7 @@ _VALUE = "anchor"
 class Anchors(EvaluationProtocol):
     """Anchor-based protocol."""
 
-    run_kinds: ClassVar[tuple[str, ...]] = ("anchors", "one pass")
+    run_kinds: ClassVar[tuple[str, ...]] = ("anchors", "one-pass")
     metrics: ClassVar[str] = "vot-anchor"
     has_segments: ClassVar[bool] = True
 

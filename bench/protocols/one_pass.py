@@ -13,7 +13,7 @@ from trackmark.bench.protocols import EvaluationProtocol
 class OnePass(EvaluationProtocol):
     """Protocol without parameters."""
 
-    run_kinds: ClassVar[tuple[str, ...]] = ("one pass", "supervised", "anchors")
+    run_kinds: ClassVar[tuple[str, ...]] = ("one-pass", "supervised", "anchors")
 
 
 PROTOCOL = OnePass

@@ -14,7 +14,7 @@ from trackmark.bench.analysis.comparable_runs import (
     ComparisonError,
     compared_measure,
 )
-from trackmark.bench.analysis.comparison import parts_of
+from trackmark.bench.analysis.comparison import subsets_of
 from trackmark.bench.analysis.comparison_figures import write_differences
 from trackmark.bench.analysis.comparison_tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.analysis.decisions import answer_of
@@ -50,7 +50,7 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     differences = scores["a"].mean(axis=1) - scores["b"].mean(axis=1)
     assert pair.differences == pytest.approx(differences)
     assert pair.interval == pytest.approx(mean_interval(differences))
-    assert (pair.answer.label, pair.wins) == ("better", 10)
+    assert (pair.decision.label, pair.wins) == ("better", 10)
     assert [standing.is_unbeaten for standing in comparison.standings] == [True, False]
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
@@ -74,7 +74,7 @@ def test_compare_takes_times_of_one_kind_for_all_trackers(make_runs):
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1)}
     (pair,) = compare(make_runs(scores), replace(ERROR, margin=0.01)).pairs
-    assert (pair.answer.label, pair.wins) == ("better", 10)
+    assert (pair.decision.label, pair.wins) == ("better", 10)
     assert pair.difference == pytest.approx(-0.5, abs=0.1)
     assert pair.interval.low < pair.difference < pair.interval.high < 0
 
@@ -93,7 +93,7 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
         for pair in corrected:
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             expected = decide(pair.differences, 0.01, m)
-            assert pair.answer.label == expected.label
+            assert pair.decision.label == expected.label
     rows = as_data(against)["pairs"]
     assert [row["p"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
 
@@ -106,9 +106,9 @@ def test_stars_follow_from_the_printed_answers(make_runs, against):
     scores = {name: (HARDNESS + gain)[:, None] for name, gain in gains.items()}
     comparison = compare(make_runs(scores), OVERLAP, against=against)
     losers = {
-        pair.second if pair.answer.label == "better" else pair.first
+        pair.second if pair.decision.label == "better" else pair.first
         for pair in comparison.pairs
-        if pair.answer.label in ("better", "worse")
+        if pair.decision.label in ("better", "worse")
     }
     stars = {standing.tracker for standing in comparison.standings if standing.is_unbeaten}
     assert losers == ({"a", "d"} if against else {"d"})
@@ -125,9 +125,9 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
 
     few, many = pair_of(10), pair_of(89)
     reason = "inside ±0.01; a difference on 1 sequence in 20 would be missed in 60 %"
-    assert many.pairs[0].answer.label == "equivalent"
+    assert many.pairs[0].decision.label == "equivalent"
     assert "a was equivalent to b" in paragraph(many)
-    assert few.pairs[0].answer.reason == reason
+    assert few.pairs[0].decision.reason == reason
     assert f"    {reason}" in screen_lines(few)
     advice = "Fix the number of sequences before you look at new scores."
     assert advice in screen_lines(few)
@@ -147,7 +147,7 @@ def test_fewer_than_6_sequences_have_differences_only(make_runs):
     assert not any("*" in line for line in lines)
     assert [line.split()[0] for line in lines[-6:]] == ["s0", "s1", "s2", "s3", "s4", "mean"]
     assert lines[-6].endswith(f"{comparison.pairs[0].differences[0]:+.3f}")
-    assert comparison.pairs[0].answer.reason == "only 5 of 6 sequences"
+    assert comparison.pairs[0].decision.reason == "only 5 of 6 sequences"
     assert as_data(comparison)["pairs"][0]["interval"] is None
     assert compare(make_runs(ladder("ab", n=1)), OVERLAP).pairs[0].difference < 0
 
@@ -178,7 +178,7 @@ def test_declared_families_are_units(make_runs):
     comparison = compare(runs, OVERLAP, families=Families(VIDEOS, "families"))
     (pair,) = comparison.pairs
     assert pair.by_unit == pytest.approx(pair.differences.reshape(5, 2).mean(axis=1))
-    assert pair.answer.reason == "only 5 of 6 families"  # no advice on scenes
+    assert pair.decision.reason == "only 5 of 6 families"  # no advice on scenes
     data = as_data(comparison)
     assert (data["unit"], data["units"]) == ("family", [f"video{n}" for n in range(5)])
     assert "10 sequences (5 families)" in paragraph(comparison)
@@ -332,10 +332,10 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
 
 def test_parts_of_have_defaults_and_order_numbers_by_size():
     names = ["a/b", "a/b:noise=30", "a/b:noise=5", "a/b:noise=10:scene=2", "c/d", "c/d:scene=1"]
-    parts = parts_of(names)
+    parts = subsets_of(names)
     assert list(parts) == [("noise", value) for value in ("default", "5", "10", "30")]
     assert parts["noise", "default"].tolist() == [True, *[False] * 5]
-    assert parts_of(["a/b:noise=30", "c/d"]) == {}
+    assert subsets_of(["a/b:noise=30", "c/d"]) == {}
 
 
 def test_parts_include_attributes_of_some_sequences(make_runs):

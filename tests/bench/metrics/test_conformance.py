@@ -84,7 +84,7 @@ def test_metrics_has_definition_and_meanings(name):
     summary, _, paragraph = metrics.describe(name).partition("\n\n")
     assert summary.endswith(".")
     assert len(paragraph) > 200
-    assert definitions.run_kind in ("one pass", "supervised", "anchors")
+    assert definitions.run_kind in ("one-pass", "supervised", "anchors")
     assert all(column.meaning for column in definitions.metrics.values())
 
 
