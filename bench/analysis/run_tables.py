@@ -181,10 +181,10 @@ def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
 
 
 def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, pd.DataFrame]:
-    """Return the content of `summary_of`, without its texts, and the runs that have its times."""
+    """Return means and notes of `summary_of`, and the runs that have its times."""
     runs, measures, measured, notes = _summary_input(scored, timed)
     runs, _ = _with_units(runs)
-    data, failures = mean_scores(runs, measures, uncertainty_of)
+    data, failures = mean_scores(runs, measures)
     return MeanScores(data, [*failures, *notes]), measured
 
 
