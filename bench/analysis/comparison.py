@@ -66,15 +66,15 @@ class Standing:
 class Pair:
     """Pair of trackers; differences are score of the first minus score of the second.
 
-    Mean and interval of `answer` are positive if the first is better. `interval` is the interval of
-    the plain differences, which are negative if lower scores are better.
+    Mean and interval of `decision` are positive if the first is better. `interval` is that of the
+    plain differences, which are negative if lower scores are better.
     """
 
     first: str
     second: str
     differences: NDArray[np.float64]  # shape (n_sequences,), in the order of the sequences
     by_unit: NDArray[np.float64]  # shape (n_units,): mean differences
-    answer: Decision  # whether the first tracker is better
+    decision: Decision  # whether the first tracker is better
     interval: Interval | None  # corrected for all pairs; None for too few units
     wins: int  # units on which the first is better
     same_boxes: int  # number of sequences with equal boxes in all runs
@@ -133,7 +133,7 @@ class Comparison:
         opposites = {"better": "worse", "worse": "better"}
         answers = {}
         for pair in self.main_pairs:
-            label, reason = str(pair.answer.label), pair.answer.reason
+            label, reason = str(pair.decision.label), pair.decision.reason
             if pair.first == self.main:
                 answers[pair.second] = label, reason
             else:
@@ -336,7 +336,7 @@ def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> C
     """Return the trackers that no answer calls worse; none without answers."""
     if not pairs or len(units) < MIN_UNITS:
         return ()
-    beaten = {loser_of(pair.first, pair.second, pair.answer) for pair in pairs}
+    beaten = {loser_of(pair.first, pair.second, pair.decision) for pair in pairs}
     return [name for name in means if name not in beaten]
 
 

@@ -143,7 +143,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
-        "parts": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
+        "subsets": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
         "paragraph": paragraph(comparison),
     }
 
@@ -235,9 +235,9 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
     explained: list[Pair] = []  # pairs whose reasons are shown
     hidden: list[str] = []
     for label, pair in zip(labels, pairs, strict=True):
-        texts = [*_pair_texts(comparison, pair), pair.answer.label]
+        texts = [*_pair_texts(comparison, pair), pair.decision.label]
         rows.append([label, *texts])
-        reasons = "; ".join(filter(None, [pair.answer.reason, _same_boxes(comparison, pair)]))
+        reasons = "; ".join(filter(None, [pair.decision.reason, _same_boxes(comparison, pair)]))
         is_main = reasoned == "main" and comparison.main in (pair.first, pair.second)
         if verbose or is_main or reasoned == "all":
             empty = [""] * len(texts)
@@ -260,7 +260,7 @@ def _advice_notes(pairs: Sequence[Pair], plural: str) -> list[str]:
     If one looks at the answers after every 6 sequences up to 60 and stops at the first decision, 18
     % of the answers between equal trackers are false.
     """
-    advised = any(pair.answer.needed for pair in pairs)
+    advised = any(pair.decision.needed for pair in pairs)
     return [f"Fix the number of {plural} before you look at new scores."] if advised else []
 
 
@@ -299,7 +299,7 @@ def pair_table(comparison: Comparison) -> Table:
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
-    headings = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
+    headings = ["pair", _difference_head(comparison), "interval", "better on", "decision"]
     return replace(text_table("comparison-pairs", "", headings, rows), ranks=[1, 1, 2, 0])
 
 
@@ -313,13 +313,19 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
     return {
         "first": pair.first,
         "second": pair.second,
-        "answer": pair.answer.label,
-        "reason": pair.answer.reason,
+        "decision": pair.decision.label,
+        "reason": pair.decision.reason,
         "difference": pair.difference,
         "better_on": pair.wins,
         "units": len(pair.by_unit),
-        "p": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
-        **dict(zip(("needed_from", "needed_to"), pair.answer.needed or (nan, nan), strict=True)),
+        "p_value": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
+        **dict(
+            zip(
+                ("units_needed_from", "units_needed_to"),
+                pair.decision.needed or (nan, nan),
+                strict=True,
+            )
+        ),
         "same_boxes": pair.same_boxes,
     }
 
@@ -374,10 +380,10 @@ def _subset_table(comparison: Comparison) -> Table:
         text = _number(comparison, mean, signed=True)
         limits = _interval(comparison, interval, signed=True)
         rows.append([pair.label, f"{parameter}={value}", str(n), text, limits])
-        part = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
+        part = {"first": pair.first, "second": pair.second, "parameter": parameter, "value": value}
         data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
-        name="comparison-parts",
+        name="comparison-subsets",
         caption=(
             f"Differences of {comparison.measure.heading} by parameter and by attribute (of "
             "sequences in which it occurs), first minus second, on n sequences; 95 % intervals "
@@ -438,8 +444,8 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     difference = _with_interval(comparison, pair.difference, pair.interval)
     details = [f"difference {difference}", f"better on {_wins(pair)}"]
     details += filter(None, [_same_boxes(comparison, pair)])
-    text = f"{pair.first} {VERBS[pair.answer.label]} {pair.second}"
-    if pair.answer.reason and pair.interval is not None:
+    text = f"{pair.first} {VERBS[pair.decision.label]} {pair.second}"
+    if pair.decision.reason and pair.interval is not None:
         text += f" was {_answer(pair)}"
     return f"{text} ({', '.join(details)})."
 
@@ -468,7 +474,7 @@ def _too_few(comparison: Comparison) -> str:
 
 
 def _answer(pair: Pair) -> str:
-    return ": ".join(filter(None, [pair.answer.label, pair.answer.reason]))
+    return ": ".join(filter(None, [pair.decision.label, pair.decision.reason]))
 
 
 def _wins(pair: Pair) -> str:

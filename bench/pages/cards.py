@@ -198,7 +198,7 @@ def _pair_cell(
         return None
     is_turned = (first, second) not in pairs
     pair = pairs[(second, first) if is_turned else (first, second)]
-    sign, label = 1.0, str(pair.answer.label)
+    sign, label = 1.0, str(pair.decision.label)
     if is_turned:
         sign, label = -1.0, {"better": "worse", "worse": "better"}.get(label, label)
     by_unit, largest = sign * pair.by_unit, int(np.argmax(np.abs(pair.differences)))
@@ -206,7 +206,7 @@ def _pair_cell(
     tip = f"{one_line(first)} minus {one_line(second)}: {sign * pair.difference:+.3f}"
     if pair.interval is not None:
         tip += " [{:+.3f}, {:+.3f}]".format(*sorted(sign * end for end in pair.interval))
-    tip += f"; {pair.answer.reason}" if pair.answer.reason else ""
+    tip += f"; {pair.decision.reason}" if pair.decision.reason else ""
     if pair.same_boxes:
         tip += f"; same boxes on {pair.same_boxes} of {len(comparison.sequences)} sequences"
     return {

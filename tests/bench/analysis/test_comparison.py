@@ -50,7 +50,7 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     differences = scores["a"].mean(axis=1) - scores["b"].mean(axis=1)
     assert pair.differences == pytest.approx(differences)
     assert pair.interval == pytest.approx(mean_interval(differences))
-    assert (pair.answer.label, pair.wins) == ("better", 10)
+    assert (pair.decision.label, pair.wins) == ("better", 10)
     assert [standing.is_unbeaten for standing in comparison.standings] == [True, False]
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
@@ -74,7 +74,7 @@ def test_compare_takes_times_of_one_kind_for_all_trackers(make_runs):
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):
     scores = {"a": around(HARDNESS + 0.05), "b": around(HARDNESS, seed=1)}
     (pair,) = compare(make_runs(scores), replace(ERROR, margin=0.01)).pairs
-    assert (pair.answer.label, pair.wins) == ("better", 10)
+    assert (pair.decision.label, pair.wins) == ("better", 10)
     assert pair.difference == pytest.approx(-0.5, abs=0.1)
     assert pair.interval.low < pair.difference < pair.interval.high < 0
 
@@ -93,9 +93,9 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
         for pair in corrected:
             assert pair.interval == pytest.approx(mean_interval(pair.differences, 1 - 0.05 / m))
             expected = decide(pair.differences, 0.01, m)
-            assert pair.answer.label == expected.label
+            assert pair.decision.label == expected.label
     rows = as_data(against)["pairs"]
-    assert [row["p"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
+    assert [row["p_value"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
 
 
 @pytest.mark.parametrize("against", [None, "b"])
@@ -106,9 +106,9 @@ def test_stars_follow_from_the_printed_answers(make_runs, against):
     scores = {name: (HARDNESS + gain)[:, None] for name, gain in gains.items()}
     comparison = compare(make_runs(scores), OVERLAP, against=against)
     losers = {
-        pair.second if pair.answer.label == "better" else pair.first
+        pair.second if pair.decision.label == "better" else pair.first
         for pair in comparison.pairs
-        if pair.answer.label in ("better", "worse")
+        if pair.decision.label in ("better", "worse")
     }
     stars = {standing.tracker for standing in comparison.standings if standing.is_unbeaten}
     assert losers == ({"a", "d"} if against else {"d"})
@@ -125,9 +125,9 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
 
     few, many = pair_of(10), pair_of(89)
     reason = "inside ±0.01; a difference on 1 sequence in 20 would be missed in 60 %"
-    assert many.pairs[0].answer.label == "equivalent"
+    assert many.pairs[0].decision.label == "equivalent"
     assert "a was equivalent to b" in paragraph(many)
-    assert few.pairs[0].answer.reason == reason
+    assert few.pairs[0].decision.reason == reason
     assert f"    {reason}" in screen_lines(few)
     advice = "Fix the number of sequences before you look at new scores."
     assert advice in screen_lines(few)
@@ -135,7 +135,7 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     assert advice not in screen_lines(many)
     assert f"inconclusive: {reason}" in paragraph(few)
     assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
-    assert as_data(few)["pairs"][0]["needed_from"] == 89
+    assert as_data(few)["pairs"][0]["units_needed_from"] == 89
     exact = paragraph(compare(make_runs(ladder("ab")), replace(OVERLAP, margin=0.0)))
     assert "equivalence needs a margin above 0" in exact
 
@@ -147,7 +147,7 @@ def test_fewer_than_6_sequences_have_differences_only(make_runs):
     assert not any("*" in line for line in lines)
     assert [line.split()[0] for line in lines[-6:]] == ["s0", "s1", "s2", "s3", "s4", "mean"]
     assert lines[-6].endswith(f"{comparison.pairs[0].differences[0]:+.3f}")
-    assert comparison.pairs[0].answer.reason == "only 5 of 6 sequences"
+    assert comparison.pairs[0].decision.reason == "only 5 of 6 sequences"
     assert as_data(comparison)["pairs"][0]["interval"] is None
     assert compare(make_runs(ladder("ab", n=1)), OVERLAP).pairs[0].difference < 0
 
@@ -178,7 +178,7 @@ def test_declared_families_are_units(make_runs):
     comparison = compare(runs, OVERLAP, families=Families(VIDEOS, "families"))
     (pair,) = comparison.pairs
     assert pair.by_unit == pytest.approx(pair.differences.reshape(5, 2).mean(axis=1))
-    assert pair.answer.reason == "only 5 of 6 families"  # no advice on scenes
+    assert pair.decision.reason == "only 5 of 6 families"  # no advice on scenes
     data = as_data(comparison)
     assert (data["unit"], data["units"]) == ("family", [f"video{n}" for n in range(5)])
     assert "10 sequences (5 families)" in paragraph(comparison)
@@ -325,7 +325,7 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     comparison = compare(make_runs(scores, names=names), OVERLAP)
     table = files(comparison)[-1]
     dim, full = table.data.to_dict("records")
-    assert (table.name, dim["knob"], dim["value"]) == ("comparison-parts", "light", "dim")
+    assert (table.name, dim["parameter"], dim["value"]) == ("comparison-subsets", "light", "dim")
     assert (full["value"], full["sequences"], len(comparison.units)) == ("full", 4, 4)
     assert full["difference"] == pytest.approx(comparison.pairs[0].differences[4:].mean())
 
@@ -343,8 +343,8 @@ def test_parts_include_attributes_of_some_sequences(make_runs):
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     having = {name: {"whole", *({"blur"} if n >= 4 else ())} for n, name in enumerate(names)}
     comparison = compare(make_runs(scores, names=names), OVERLAP, attributes=having)
-    (part,) = as_data(comparison)["parts"]  # all sequences have `whole`
-    assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
+    (part,) = as_data(comparison)["subsets"]  # all sequences have `whole`
+    assert (part["parameter"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
     assert part["difference"] == pytest.approx(0.2, abs=0.02)
 
 
@@ -387,8 +387,8 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     comparison = compare(make_runs(ladder()), OVERLAP)
     data = json.loads(json.dumps(as_data(comparison), allow_nan=False))
     standings, pairs = files(comparison)[:2]
-    assert 0 < pairs.data["p"].max() < 0.05
-    assert pairs.data["p"].tolist() == [row["p"] for row in data["pairs"]]
+    assert 0 < pairs.data["p_value"].max() < 0.05
+    assert pairs.data["p_value"].tolist() == [row["p_value"] for row in data["pairs"]]
     assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
     assert pairs.data["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
     assert "c" in to_csv(standings)
