@@ -47,7 +47,7 @@ def _draw_curve(axes: Axes, curve: Curve, scale: float, position: int) -> None:
     """Draw the sequences and the bins of a tracker, with scores multiplied by a factor."""
     style = named_line(curve.label, position) | {"markersize": 4.0}
     dots: dict[str, Any] = {"color": style["color"], "alpha": 0.35, "linewidths": 0}
-    axes.scatter(curve.places, curve.scores * scale, 8, **dots)
+    axes.scatter(curve.attribute_values, curve.scores * scale, 8, **dots)
     points = [(bin_.centre, bin_.mean, bin_.low, bin_.high) for bin_ in curve.bins]
     centres, means, low, high = (np.reshape(points, (-1, 4)) * [1.0, *[scale] * 3]).T
     axes.errorbar(centres, means, (means - low, high - means), **style)

@@ -59,7 +59,7 @@ class Curve:
 
     label: str
     attribute: str
-    places: NDArray[np.float64]  # (n,): values of the attribute
+    attribute_values: NDArray[np.float64]  # (n,): values of the attribute
     scores: NDArray[np.float64]  # (n,)
     correlation: float
     interval: Interval
@@ -146,49 +146,49 @@ def attributes_of(
 def attribute_curves(
     values: Mapping[str, ArrayLike],
     attributes: Mapping[str, ArrayLike],
-    least: float = -inf,
-    most: float = inf,
+    minimum: float = -inf,
+    maximum: float = inf,
 ) -> list[Curve]:
     """Return the curve of each tracker and each attribute that at least two sequences have.
 
-    `values`: scores by sequence, (n,), by tracker, in the range from `least` to `most`.
+    `values`: scores by sequence, (n,), by tracker, in the range from `minimum` to `maximum`.
     `attributes`: values by sequence, (n,), by name; NaN if a sequence does not have it.
     """
     pairs = [
-        (label, name, np.asarray(scores, np.float64), np.asarray(places, np.float64))
+        (label, name, np.asarray(scores, np.float64), np.asarray(attribute_values, np.float64))
         for label, scores in values.items()
-        for name, places in attributes.items()
-        if np.isfinite(places).sum() > 1
+        for name, attribute_values in attributes.items()
+        if np.isfinite(attribute_values).sum() > 1
     ]
     level = corrected_level(len(pairs))
     curves = []
-    for label, name, scores, places in pairs:
-        finite = np.isfinite(scores) & np.isfinite(places)
-        scores, places = scores[finite], places[finite]
-        correlation, interval = rank_correlation(places, scores, level)
+    for label, name, scores, attribute_values in pairs:
+        finite = np.isfinite(scores) & np.isfinite(attribute_values)
+        scores, attribute_values = scores[finite], attribute_values[finite]
+        correlation, interval = rank_correlation(attribute_values, scores, level)
         bins = []
-        for members in bins_of(places):
-            x, y = places[members], scores[members]
-            low, high = interval_or_none(y, 1, least, most) or (np.nan, np.nan)
+        for members in bins_of(attribute_values):
+            x, y = attribute_values[members], scores[members]
+            low, high = interval_or_none(y, 1, minimum, maximum) or (np.nan, np.nan)
             extent = float(x.min()), float(x.max()), len(x)
             bins.append(Bin(*extent, float(y.mean()), low, high, float(x.mean())))
-        curves.append(Curve(label, name, places, scores, correlation, interval, bins))
+        curves.append(Curve(label, name, attribute_values, scores, correlation, interval, bins))
     return curves
 
 
-def bins_of(places: ArrayLike) -> list[NDArray[np.intp]]:
+def bins_of(attribute_values: ArrayLike) -> list[NDArray[np.intp]]:
     """Return indices of sequences in bins of similar size, in the order of their values, (n,).
 
     Each bin has at least `MIN_UNITS` sequences. The number of bins is 0 or from 2 to `MAX_BINS`.
     Equal values are in the same bin.
     """
-    values = np.asarray(places, np.float64)
+    values = np.asarray(attribute_values, np.float64)
     order = np.argsort(values, kind="stable")
     ranked, n = values[order], len(values)
     count = min(MAX_BINS, n // MIN_UNITS)
     cuts = [0]
-    for number in range(1, count):
-        cut = int(np.searchsorted(ranked, ranked[number * n // count]))
+    for index in range(1, count):
+        cut = int(np.searchsorted(ranked, ranked[index * n // count]))
         if min(cut - cuts[-1], n - cut) >= MIN_UNITS:
             cuts.append(cut)
     bins = [order[first:last] for first, last in pairwise([*cuts, n])]
@@ -206,7 +206,7 @@ def attribute_table(
     for curve in curves:
         low, high = curve.interval
         correlation = f"{curve.correlation:+.2f}" if isfinite(curve.correlation) else MISSING
-        labels = curve.label, curve.attribute, str(len(curve.places)), correlation
+        labels = curve.label, curve.attribute, str(len(curve.attribute_values)), correlation
         interval = Cell(f"[{low:+.2f}, {high:+.2f}]", is_best=low > 0 or high < 0)
         rows.append([*map(Cell, labels), interval, *map(Cell, _ends(curve, measure))])
     few = sum(not curve.bins for curve in curves)
@@ -241,7 +241,7 @@ def _rows(curve: Curve) -> list[dict[str, Any]]:
     common = {
         "tracker": curve.label,
         "attribute": curve.attribute,
-        "sequences": len(curve.places),
+        "sequences": len(curve.attribute_values),
         "correlation": curve.correlation,
         **curve.interval._asdict(),
     }

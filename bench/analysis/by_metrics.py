@@ -146,11 +146,11 @@ def summary_text(runs: Runs, metrics: Sequence[str], *, only_means: bool) -> str
     """
     option = "" if tuple(metrics) == (DEFAULT_METRICS,) else f" --metrics {','.join(metrics)}"
     more = f"`trackmark report {runs.folder}{option} --verbose`"
-    texts = []
+    printed = []
     for table in metric_tables(runs, metrics).tables:
         lines = terminal_lines(_only_means(table) if only_means else table, more)
-        texts.append("\n".join(lines))
-    return "\n\n".join(texts)
+        printed.append("\n".join(lines))
+    return "\n\n".join(printed)
 
 
 def _only_means(table: Table) -> Table:
@@ -244,7 +244,7 @@ class MetricScores:
         sequences = [str(name) for name in runs["sequence"].unique()]
         units = units_of(sequences)
         label, caption = ALL_SEQUENCES, means_over(sequences, len(units))
-        rows, data = list[list[Cell]](), list[pd.DataFrame]()
+        rows, values = list[list[Cell]](), list[pd.DataFrame]()
         if self._definition.combine is not mean_of_sequences:
             label = MEAN_OF_SEQUENCES
             caption += f"; {ALL_SEQUENCES}: weighted as the metrics define, without interval"
@@ -252,9 +252,9 @@ class MetricScores:
                 overall = self._overall_table()
                 rows += [[*row[:2], *map(_without_interval, row[2:])] for row in overall.rows]
                 counts = overall.data["tracker"].map(runs["tracker"].value_counts())
-                data.append(overall.data.assign(runs=counts))
+                values.append(overall.data.assign(runs=counts))
         rows += [[Cell(label), *row] for row in means.rows]
-        data.append(means.data.assign(sequence=label))
+        values.append(means.data.assign(sequence=label))
         columns = [measure.name for measure in self._measures if measure.name not in only_overall]
         scores = runs.loc[counted(runs, self._measures[0].name), columns]
         undefined = f"{MISSING}: undefined in a run; the mean over all sequences omits this run"
@@ -264,7 +264,7 @@ class MetricScores:
             caption=f"{table.caption} {label.capitalize()}: {caption}. {meaning}",
             rows=rows + table.rows,
             notes=[*table.notes, *([undefined] if scores.isna().any(axis=None) else [])],
-            data=pd.concat([*data, table.data], ignore_index=True)[list(table.data)],
+            data=pd.concat([*values, table.data], ignore_index=True)[list(table.data)],
         )
 
     def _overall_table(self) -> Table:

@@ -97,8 +97,9 @@ def check_runs(
         if len(rows):
             row = rows.iloc[0]
             raise ComparisonError(
-                f"{_place(row)}, repetition {row['repetition']}: the run is {status} ({len(rows)} "
-                f"of {len(scored)} runs are). All runs are needed. Execute them {remedy}"
+                f"{_location(row)}, repetition {row['repetition']}: the run is {status} "
+                f"({len(rows)} of {len(scored)} runs are). All runs are needed. Execute them "
+                f"{remedy}"
             )
     present = set(zip(scored["tracker"].astype(str), scored["sequence"].astype(str), strict=True))
     for name, sequence in product(trackers, sequences):
@@ -119,12 +120,12 @@ def check_runs(
     if len(undefined):
         row = undefined.iloc[0]
         raise ComparisonError(
-            f"{_place(row)}: {measure.title} is {row[measure.name]}. Choose another --metric, or "
-            "omit the sequence."
+            f"{_location(row)}: {measure.title} is {row[measure.name]}. Choose another --metric, "
+            "or omit the sequence."
         )
 
 
-def _place(row: "pd.Series[str]") -> str:
+def _location(row: "pd.Series[str]") -> str:
     return f"tracker {row['tracker']}, sequence {row['sequence']}"
 
 
@@ -150,13 +151,13 @@ def same_boxes(runs: Runs, protocol: str = ONE_PASS) -> Counter[tuple[str, str]]
         if by_tracker[pair[0]] == by_tracker[pair[1]]
     ]
     compared = {(tracker, sequence) for sequence, *pair in equal for tracker in pair}
-    stored = (
+    compared_rows = (
         row
         for row in runs.evaluated_rows(protocol=protocol)
         if row["status"] == "finished" and (row["tracker"], row["sequence"]) in compared
     )
     boxes: defaultdict[tuple[str, str], dict[int, NDArray[np.float64]]] = defaultdict(dict)
-    for row, run, _ in runs.read(stored):
+    for row, run, _ in runs.read(compared_rows):
         boxes[row["tracker"], row["sequence"]][row["repetition"]] = np.round(run.boxes, DECIMALS)
     return Counter(
         (first, second)

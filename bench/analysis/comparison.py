@@ -66,8 +66,8 @@ class Standing:
 class Pair:
     """Pair of trackers; differences are score of the first minus score of the second.
 
-    Mean and interval of `decision` are positive if the first is better. `interval` is that of the
-    plain differences, which are negative if lower scores are better.
+    Mean and interval of `decision` are positive if the first is better. `interval` is the interval
+    of the plain differences, which are negative if lower scores are better.
     """
 
     first: str
@@ -151,7 +151,7 @@ class Comparison:
         return min(counts), max(counts)
 
 
-def parts_of(
+def subsets_of(
     sequences: Sequence[str], attributes: Sequence[Collection[str]] = ()
 ) -> dict[tuple[str, str], NDArray[np.bool_]]:
     """Return masks of the subsets of the sequences, shape (n_sequences,), by parameter and value.
@@ -166,7 +166,7 @@ def parts_of(
         dict(part.split("=", 1) for part in name.split(":")[1:] if "=" in part)
         for name in sequences
     ]
-    parts = {}
+    subsets = {}
     for parameter in sorted({parameter for row in options for parameter in row} - {"scene"}):
         # A canonical name omits default values.
         varied = {family for family, row in zip(families, options, strict=True) if parameter in row}
@@ -176,15 +176,15 @@ def parts_of(
         ]
         distinct = sorted({value for value in values if value is not None}, key=_in_order)
         for value in distinct if len(distinct) > 1 else ():
-            parts[parameter, value] = np.array([row_value == value for row_value in values])
+            subsets[parameter, value] = np.array([row_value == value for row_value in values])
     for name in sorted({name for names in attributes for name in names}):
         occurs = np.array([name in names for names in attributes])
         if not occurs.all():
-            parts["attribute", name] = occurs
-    return parts
+            subsets["attribute", name] = occurs
+    return subsets
 
 
-def means_in_part(
+def means_of_subset(
     units: StatisticalUnits, by_sequence: NDArray[np.float64], selected: NDArray[np.bool_]
 ) -> NDArray[np.float64]:
     """Return the mean over the selected sequences of each unit that has any.
@@ -221,13 +221,13 @@ def compare_runs(
     The title of the measure names the protocol, but one-pass evaluation only if runs by other
     protocols exist. `published` is a CSV file with scores of further trackers.
     """
-    others = [name for name in runs.protocols if name != protocol]
+    other_protocols = [name for name in runs.protocols if name != protocol]
     if protocol not in runs.protocols:
-        remedy = f" Stored runs used {', '.join(others)}. Select one with --protocol."
+        remedy = f" Stored runs used {', '.join(other_protocols)}. Select one with --protocol."
         raise ComparisonError(
-            f"no stored run used the protocol {protocol}.{remedy if others else ''}"
+            f"no stored run used the protocol {protocol}.{remedy if other_protocols else ''}"
         )
-    if others or protocol != ONE_PASS:
+    if other_protocols or protocol != ONE_PASS:
         measure = replace(measure, title=f"{measure.title}, protocol {protocol}")
     scored = runs.scored(metrics, protocol, strict=True)
     if protocol != ONE_PASS:
@@ -377,15 +377,17 @@ def _pairs(
     for first, second in names:
         differences = means[first] - means[second]
         by_unit = units.means(differences)
-        answer = decide(sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural)
-        interval = answer.interval
+        decision = decide(
+            sign * by_unit, measure.margin, len(names), limit=limit, unit=units.plural
+        )
+        interval = decision.interval
         if interval is None:
-            answer = replace(answer, reason=answer.reason + units.remedy)
+            decision = replace(decision, reason=decision.reason + units.remedy)
         elif sign < 0:
             interval = Interval(0.0 - interval.high, 0.0 - interval.low)  # without -0
         same = same_boxes.get((first, second), same_boxes.get((second, first), 0))
         wins = int((sign * by_unit > 0).sum())
-        pairs.append(Pair(first, second, differences, by_unit, answer, interval, wins, same))
+        pairs.append(Pair(first, second, differences, by_unit, decision, interval, wins, same))
     return pairs
 
 

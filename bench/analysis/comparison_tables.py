@@ -9,7 +9,13 @@ from typing import Any
 
 import pandas as pd
 
-from trackmark.bench.analysis.comparison import Comparison, Pair, Standing, means_in_part, parts_of
+from trackmark.bench.analysis.comparison import (
+    Comparison,
+    Pair,
+    Standing,
+    means_of_subset,
+    subsets_of,
+)
 from trackmark.bench.analysis.decisions import answer_of, undefined_note
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
 from trackmark.bench.statistics.rules import (
@@ -93,8 +99,8 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
         for row in rows:
             del row[2]
     notes = [*_star_notes(comparison), *comparison.time_notes]
-    others = len(ranked) - len(standings)
-    notes += [f"{others} more trackers: --verbose"] if others else []
+    n_hidden = len(ranked) - len(standings)
+    notes += [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
     caption = _standings_caption(comparison)
     return Table("comparison", caption, headings, 1, rows, notes, ranks=ranks)
 
@@ -166,7 +172,7 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
     time_mark = comparison.time_marks.get(standing.tracker, "")
     return [
         Cell(standing.tracker + remark),
-        Cell(_number(comparison, standing.mean), standing.is_unbeaten),
+        Cell(_score_text(comparison, standing.mean), standing.is_unbeaten),
         Cell(_interval(comparison, standing.interval)),
         Cell(
             f"{100 * standing.survival_rate:.0f}" if isfinite(standing.survival_rate) else MISSING
@@ -177,11 +183,11 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
 
 
 def _standings(comparison: Comparison) -> Table:
-    rows, data = [], []
+    rows, values = [], []
     for standing in comparison.standings:
         rows.append(_standing_cells(comparison, standing, digits=3))
         failures = comparison.failures.get(standing.tracker, "")
-        data.append({**vars(standing), **_ends(standing.interval), "failures": failures})
+        values.append({**vars(standing), **_ends(standing.interval), "failures": failures})
     notes = [*_star_notes(comparison), *comparison.time_notes]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     headings, ranks = _standing_heads(comparison)
@@ -193,7 +199,7 @@ def _standings(comparison: Comparison) -> Table:
         rows=rows,
         ranks=ranks,
         notes=notes,
-        data=pd.DataFrame(data).drop(columns="interval"),
+        data=pd.DataFrame(values).drop(columns="interval"),
     )
 
 
@@ -235,19 +241,19 @@ def _screen_pairs(comparison: Comparison, reasoned: str, *, verbose: bool) -> Ta
     explained: list[Pair] = []  # pairs whose reasons are shown
     hidden: list[str] = []
     for label, pair in zip(labels, pairs, strict=True):
-        texts = [*_pair_texts(comparison, pair), pair.decision.label]
-        rows.append([label, *texts])
+        cells = [*_pair_texts(comparison, pair), pair.decision.label]
+        rows.append([label, *cells])
         reasons = "; ".join(filter(None, [pair.decision.reason, _same_boxes(comparison, pair)]))
         is_main = reasoned == "main" and comparison.main in (pair.first, pair.second)
         if verbose or is_main or reasoned == "all":
-            empty = [""] * len(texts)
+            empty = [""] * len(cells)
             rows += [[f"    {line}", *empty] for line in textwrap.wrap(reasons, width() - 4)]
             explained.append(pair)
         elif reasons:
             hidden = ["reasons: --verbose"]
     notes += _advice_notes(explained, comparison.units.plural) + hidden
-    others = len(comparison.pairs) - len(pairs)
-    notes += [f"{others} more pairs: --verbose"] if others else []
+    n_hidden = len(comparison.pairs) - len(pairs)
+    notes += [f"{n_hidden} more pairs: --verbose"] if n_hidden else []
     table = _table_of_pairs(comparison, rows)
     table.headings[1] = table.headings[1].replace("difference", "diff.")
     caption = f"differences, first minus second{_joint_level(comparison)}"
@@ -272,8 +278,8 @@ def _pair_labels(pairs: Sequence[Pair]) -> tuple[list[str], list[str]]:
     labels = [pair.label for pair in pairs]
     if max(map(len, labels)) <= LONGEST_PAIR:
         return labels, []
-    numbers = [f"pair {number}" for number in range(1, len(pairs) + 1)]
-    return numbers, [f"{n}: {label}" for n, label in zip(numbers, labels, strict=True)]
+    short_labels = [f"pair {index}" for index in range(1, len(pairs) + 1)]
+    return short_labels, [f"{n}: {label}" for n, label in zip(short_labels, labels, strict=True)]
 
 
 def pair_table(comparison: Comparison) -> Table:
@@ -282,7 +288,7 @@ def pair_table(comparison: Comparison) -> Table:
         [
             pair.label,
             *_pair_texts(comparison, pair),
-            "; ".join(filter(None, [_answer(pair), _same_boxes(comparison, pair)])),
+            "; ".join(filter(None, [_decision_text(pair), _same_boxes(comparison, pair)])),
         ]
         for pair in comparison.pairs
     ]
@@ -292,10 +298,10 @@ def pair_table(comparison: Comparison) -> Table:
         f"Differences, first minus second: {comparison.measure.heading}, {_counts(comparison)}"
         f"{level}. Margin {_margin(comparison)}."
     )
-    data = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
+    values = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
     table = _table_of_pairs(comparison, rows)
     notes = _advice_notes(comparison.pairs, comparison.units.plural)
-    return replace(table, caption=caption, data=pd.DataFrame(data), notes=notes)
+    return replace(table, caption=caption, data=pd.DataFrame(values), notes=notes)
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
@@ -306,7 +312,7 @@ def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
 def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
     """Return difference, interval and number of wins."""
     interval = _interval(comparison, pair.interval, signed=True)
-    return [_number(comparison, pair.difference, signed=True), interval, _wins(pair)]
+    return [_score_text(comparison, pair.difference, signed=True), interval, _wins(pair)]
 
 
 def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
@@ -332,31 +338,31 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
 
 def _differences(comparison: Comparison) -> Table:
     """Return the differences of pairs by unit; pairs with long names are numbered."""
-    pairs, kind = shown_pairs(comparison), comparison.units.unit_kind
+    pairs, unit_kind = shown_pairs(comparison), comparison.units.unit_kind
     labels, notes = _pair_labels(pairs)
     remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]
     rows = [
-        [unit, *(_number(comparison, value, signed=True) for value in values)]
+        [unit, *(_score_text(comparison, value, signed=True) for value in values)]
         for unit, *values in zip([*comparison.units.labels, "mean"], *columns, strict=True)
     ]
-    caption = f"Differences of {comparison.measure.heading} by {kind}."
-    return text_table("comparison-differences", caption, [kind, *labels], rows, notes=notes)
+    caption = f"Differences of {comparison.measure.heading} by {unit_kind}."
+    return text_table("comparison-differences", caption, [unit_kind, *labels], rows, notes=notes)
 
 
 def _sequences(comparison: Comparison) -> Table:
     """Return means and spread over repetitions of every tracker on every sequence."""
-    rows, data = [], []
+    rows, values = [], []
     for position, sequence in enumerate(comparison.sequences):
         row = [sequence]
         for tracker, by_sequence in comparison.scores.items():
             runs = by_sequence[position]
             mean, spread = float(runs.mean()), float(runs.std(ddof=1)) if len(runs) > 1 else nan
-            text = f" ±{_number(comparison, spread)}" if isfinite(spread) else ""
-            row.append(f"{_number(comparison, mean)}{text}")
-            numbers = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
-            data.append({"sequence": sequence, "tracker": tracker, **numbers})
+            spread_text = f" ±{_score_text(comparison, spread)}" if isfinite(spread) else ""
+            row.append(f"{_score_text(comparison, mean)}{spread_text}")
+            statistics = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
+            values.append({"sequence": sequence, "tracker": tracker, **statistics})
         rows.append(row)
     return Table(
         name="comparison-sequences",
@@ -364,24 +370,29 @@ def _sequences(comparison: Comparison) -> Table:
         headings=["sequence", *comparison.scores],
         n_labels=1,
         rows=_cells(rows),
-        data=pd.DataFrame(data),
+        data=pd.DataFrame(values),
     )
 
 
 def _subset_table(comparison: Comparison) -> Table:
     """Return a table of pairwise differences, one row per parameter value or attribute."""
-    rows, data = [], []
+    rows, values = [], []
     widest = comparison.measure.most - comparison.measure.least
-    parts = parts_of(comparison.sequences, comparison.attributes)
-    for pair, ((parameter, value), selected) in product(shown_pairs(comparison), parts.items()):
-        by_unit = means_in_part(comparison.units, pair.differences, selected)
+    subsets = subsets_of(comparison.sequences, comparison.attributes)
+    for pair, ((parameter, value), selected) in product(shown_pairs(comparison), subsets.items()):
+        by_unit = means_of_subset(comparison.units, pair.differences, selected)
         interval = interval_or_none(by_unit, 1, -widest, widest)
         n, mean = int(selected.sum()), float(by_unit.mean())
-        text = _number(comparison, mean, signed=True)
+        difference = _score_text(comparison, mean, signed=True)
         limits = _interval(comparison, interval, signed=True)
-        rows.append([pair.label, f"{parameter}={value}", str(n), text, limits])
-        part = {"first": pair.first, "second": pair.second, "parameter": parameter, "value": value}
-        data.append(part | {"sequences": n, "difference": mean, **_ends(interval)})
+        rows.append([pair.label, f"{parameter}={value}", str(n), difference, limits])
+        subset = {
+            "first": pair.first,
+            "second": pair.second,
+            "parameter": parameter,
+            "value": value,
+        }
+        values.append(subset | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
         name="comparison-subsets",
         caption=(
@@ -392,7 +403,7 @@ def _subset_table(comparison: Comparison) -> Table:
         headings=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
         rows=_cells(rows),
-        data=pd.DataFrame(data),
+        data=pd.DataFrame(values),
     )
 
 
@@ -411,8 +422,8 @@ def paragraph(comparison: Comparison) -> str:
         sentences.append(f"Not repeatable (other boxes with the same seed): {names}.")
     pairs = shown_pairs(comparison)
     sentences += [_sentence(comparison, pair) for pair in pairs]
-    if others := len(comparison.pairs) - len(pairs):
-        sentences.append(f"The other {others} pairs are in the table of pairs.")
+    if n_hidden := len(comparison.pairs) - len(pairs):
+        sentences.append(f"The other {n_hidden} pairs are in the table of pairs.")
     return " ".join(sentences)
 
 
@@ -446,7 +457,7 @@ def _sentence(comparison: Comparison, pair: Pair) -> str:
     details += filter(None, [_same_boxes(comparison, pair)])
     text = f"{pair.first} {VERBS[pair.decision.label]} {pair.second}"
     if pair.decision.reason and pair.interval is not None:
-        text += f" was {_answer(pair)}"
+        text += f" was {_decision_text(pair)}"
     return f"{text} ({', '.join(details)})."
 
 
@@ -473,7 +484,7 @@ def _too_few(comparison: Comparison) -> str:
     return f"{_unit_count(comparison)}: too few for intervals ({MIN_UNITS} needed){remedy}"
 
 
-def _answer(pair: Pair) -> str:
+def _decision_text(pair: Pair) -> str:
     return ": ".join(filter(None, [pair.decision.label, pair.decision.reason]))
 
 
@@ -491,7 +502,7 @@ def _margin(comparison: Comparison) -> str:
     return f"±{comparison.measure.margin * comparison.measure.scale:g}{comparison.unit_suffix}"
 
 
-def _number(comparison: Comparison, value: float, *, signed: bool = False) -> str:
+def _score_text(comparison: Comparison, value: float, *, signed: bool = False) -> str:
     """Return a score or a difference, scaled and rounded as the measure states."""
     measure = comparison.measure
     return f"{value * measure.scale:{'+' if signed else ''}.{measure.decimals}f}"
@@ -500,13 +511,13 @@ def _number(comparison: Comparison, value: float, *, signed: bool = False) -> st
 def _interval(comparison: Comparison, interval: Limits, *, signed: bool = False) -> str:
     if interval is None:
         return MISSING
-    low, high = (_number(comparison, end, signed=signed) for end in interval)
+    low, high = (_score_text(comparison, end, signed=signed) for end in interval)
     return f"[{low}, {high}]"
 
 
 def _with_interval(comparison: Comparison, difference: float, interval: Limits) -> str:
     """Return a difference with its unit and its interval, if there is one."""
-    text = f"{_number(comparison, difference, signed=True)}{comparison.unit_suffix}"
+    text = f"{_score_text(comparison, difference, signed=True)}{comparison.unit_suffix}"
     return text if interval is None else f"{text} {_interval(comparison, interval, signed=True)}"
 
 

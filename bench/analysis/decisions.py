@@ -36,13 +36,15 @@ def answer_of(comparison: Comparison) -> Answer:
     With fewer than `MIN_UNITS` units no tracker is called better.
     """
     measure, units = comparison.measure, comparison.units
-    standings = [_in_printed_unit(entry, measure.scale) for entry in comparison.standings]
-    ranked = sorted(standings, key=lambda entry: -comparison.sign * entry.mean)
-    first = next((entry for entry in ranked if entry.tracker == comparison.main), ranked[0])
-    others = [entry for entry in ranked if entry is not first]
+    standings = [_in_printed_unit(standing, measure.scale) for standing in comparison.standings]
+    ranked = sorted(standings, key=lambda standing: -comparison.sign * standing.mean)
+    first = next(
+        (standing for standing in ranked if standing.tracker == comparison.main), ranked[0]
+    )
+    other_standings = [standing for standing in ranked if standing is not first]
     digits = _digits(ranked, max(0, measure.decimals - 1))
-    heading = _heading(comparison, first, others, digits)
-    details = [*_runner_up(comparison, first, others, digits), *_wins(comparison)]
+    heading = _heading(comparison, first, other_standings, digits)
+    details = [*_runner_up(comparison, first, other_standings, digits), *_wins(comparison)]
     if len(units) < MIN_UNITS:
         details.append(_limit(units))
     if comparison.undefined:
@@ -58,78 +60,93 @@ def undefined_note(comparison: Comparison) -> str:
     return f"{_names(names)} left out: {comparison.measure.title} is undefined for all trackers."
 
 
-def _in_printed_unit(entry: Standing, scale: float) -> Standing:
-    interval = entry.interval and (entry.interval[0] * scale, entry.interval[1] * scale)
-    return replace(entry, mean=entry.mean * scale, interval=interval)
+def _in_printed_unit(standing: Standing, scale: float) -> Standing:
+    interval = standing.interval and (standing.interval[0] * scale, standing.interval[1] * scale)
+    return replace(standing, mean=standing.mean * scale, interval=interval)
 
 
 def _heading(
-    comparison: Comparison, first: Standing, others: Sequence[Standing], digits: int
+    comparison: Comparison, first: Standing, other_standings: Sequence[Standing], digits: int
 ) -> str:
     title, units = comparison.measure.title, comparison.units
     value = _value(comparison, first, digits)
     few = len(units) < MIN_UNITS
     where = f"{'these' if few else 'all'} {len(units)} {units.plural}"
     where = f"this {units.unit_kind}" if len(units) == 1 else where
-    if not others:
+    if not other_standings:
         return f"{first.tracker} has a {title} of {value} on {where}."
     best = "highest" if comparison.sign > 0 else "lowest"
     winners = []
-    if comparison.sign * (others[0].mean - first.mean) > _tie(digits):
+    if comparison.sign * (other_standings[0].mean - first.mean) > _tie(digits):
         # The user named a main tracker that is not the best one.
-        text = f"{first.tracker} has a {title} of {value} on {where}"
-        winners = [entry for entry in others if abs(entry.mean - others[0].mean) <= _tie(digits)]
+        sentence = f"{first.tracker} has a {title} of {value} on {where}"
+        winners = [
+            standing
+            for standing in other_standings
+            if abs(standing.mean - other_standings[0].mean) <= _tie(digits)
+        ]
     elif few:
-        ties = [entry.tracker for entry in others if abs(entry.mean - first.mean) <= _tie(digits)]
+        ties = [
+            standing.tracker
+            for standing in other_standings
+            if abs(standing.mean - first.mean) <= _tie(digits)
+        ]
         verb = "have" if ties else "has"
         names = _names([first.tracker, *ties])
         return f"{names} {verb} the {best} {title} on {where}: {value}."
     else:
-        text = f"{first.tracker} has the {best} {title}, {value}"
+        sentence = f"{first.tracker} has the {best} {title}, {value}"
     groups: dict[str, list[str]] = {}
-    for entry in others:
-        label, _ = comparison.main_answers.get(entry.tracker, ("", ""))
-        groups.setdefault(label, []).append(entry.tracker)
+    for standing in other_standings:
+        label, _ = comparison.main_answers.get(standing.tracker, ("", ""))
+        groups.setdefault(label, []).append(standing.tracker)
     if groups.keys() == {"better"}:
-        names = _names(groups["better"], _counted(len(others), len(others)))
+        names = _names(groups["better"], _counted(len(other_standings), len(other_standings)))
         return f"{first.tracker} is better than {names}: {title} {value}."
-    parts = [
-        words.format(_names(groups[label], _counted(len(groups[label]), len(others))))
+    clauses = [
+        words.format(_names(groups[label], _counted(len(groups[label]), len(other_standings))))
         for label, words in _RELATIONS.items()
         if label in groups and not few
     ]
     if winners:
-        verb, highest = "has" if len(winners) == 1 else "have", f"{others[0].mean:.{digits}f}"
-        names = _names([entry.tracker for entry in winners])
-        parts.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
-    return f"{'; '.join([text, *parts])}."
+        verb, highest = (
+            "has" if len(winners) == 1 else "have",
+            f"{other_standings[0].mean:.{digits}f}",
+        )
+        names = _names([standing.tracker for standing in winners])
+        clauses.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
+    return f"{'; '.join([sentence, *clauses])}."
 
 
-def _counted(n: int, others: int) -> str:
+def _counted(n: int, n_others: int) -> str:
     """Return the number of trackers, of all others, that have one relation to the first."""
-    return f"{n} of the other {others} trackers" if n < others else f"the other {n} trackers"
+    return f"{n} of the other {n_others} trackers" if n < n_others else f"the other {n} trackers"
 
 
 def _runner_up(
-    comparison: Comparison, first: Standing, others: Sequence[Standing], digits: int
+    comparison: Comparison, first: Standing, other_standings: Sequence[Standing], digits: int
 ) -> list[str]:
     """Return a sentence on the second-best mean and its time; none after a tie."""
     sign = comparison.sign
-    behind = [entry for entry in others if sign * (first.mean - entry.mean) > _tie(digits)]
+    behind = [
+        standing
+        for standing in other_standings
+        if sign * (first.mean - standing.mean) > _tie(digits)
+    ]
     if not behind:
         return []
     second = behind[0]
-    text = f"{second.tracker} follows with {second.mean:.{digits}f}{comparison.unit_suffix}"
+    sentence = f"{second.tracker} follows with {second.mean:.{digits}f}{comparison.unit_suffix}"
     _, reason = comparison.main_answers.get(second.tracker, ("", ""))
     if reason and second.interval:
-        text += f" ({reason.replace('interval', 'the interval of the difference', 1)})"
+        sentence += f" ({reason.replace('interval', 'the interval of the difference', 1)})"
     if first.clock != second.clock:
-        return [f"{text}."]
+        return [f"{sentence}."]
     if faster := _times_faster(first.ms_per_frame / second.ms_per_frame):
-        text += f" and is {faster} faster"
+        sentence += f" and is {faster} faster"
     elif slower := _times_faster(second.ms_per_frame / first.ms_per_frame):
-        text += f" and is {slower} slower"
-    return [f"{text}."]
+        sentence += f" and is {slower} slower"
+    return [f"{sentence}."]
 
 
 def _wins(comparison: Comparison) -> list[str]:
@@ -146,11 +163,11 @@ def _wins(comparison: Comparison) -> list[str]:
     if not winners:
         return []
     (name, count), *rest = winners[:_MAX_NAMES]
-    parts = [f"{name} leads on {count} of {len(units)} {units.plural}"]
-    parts += [f"{name} on {count}" for name, count in rest]
-    if others := sum(count for _, count in winners[_MAX_NAMES:]):
-        parts.append(f"other trackers on {others}")
-    return [f"{', '.join(parts)}."]
+    clauses = [f"{name} leads on {count} of {len(units)} {units.plural}"]
+    clauses += [f"{name} on {count}" for name, count in rest]
+    if n_others := sum(count for _, count in winners[_MAX_NAMES:]):
+        clauses.append(f"other trackers on {n_others}")
+    return [f"{', '.join(clauses)}."]
 
 
 def _limit(units: StatisticalUnits) -> str:
@@ -159,11 +176,11 @@ def _limit(units: StatisticalUnits) -> str:
     return f"{words} too few to generalise ({MIN_UNITS} needed{units.remedy})."
 
 
-def _value(comparison: Comparison, entry: Standing, digits: int) -> str:
-    text = f"{entry.mean:.{digits}f}{comparison.unit_suffix}"
-    if entry.interval is not None:
-        text += " [{:.{d}f}, {:.{d}f}]".format(*entry.interval, d=digits)
-    return text
+def _value(comparison: Comparison, standing: Standing, digits: int) -> str:
+    value = f"{standing.mean:.{digits}f}{comparison.unit_suffix}"
+    if standing.interval is not None:
+        value += " [{:.{d}f}, {:.{d}f}]".format(*standing.interval, d=digits)
+    return value
 
 
 def _digits(ranked: Sequence[Standing], decimals: int) -> int:

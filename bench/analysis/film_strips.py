@@ -78,8 +78,8 @@ def _draw_strip(
     for tracker, run in _select_repetition(one_pass_runs, 0).items():
         label = _label(tracker, run, "online")
         boxes[label], named[label] = run.boxes, shades[tracker]
-    numbers = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
-    return film_strip(sequence.__getitem__, numbers, boxes, sequence.name, shades=named)
+    frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, N_STRIP_FRAMES)
+    return film_strip(sequence.__getitem__, frames, boxes, sequence.name, shades=named)
 
 
 def boxes_on(

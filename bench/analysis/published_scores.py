@@ -48,8 +48,8 @@ def with_published(
         repetition=0,
         status="finished",
     )
-    whole = pd.concat([runs, published], ignore_index=True)
-    return whole, list(published["tracker"].unique())
+    extended = pd.concat([runs, published], ignore_index=True)
+    return extended, list(published["tracker"].unique())
 
 
 def _read_scores(file: Path, measure: ScoreMeasure) -> pd.DataFrame:

@@ -117,8 +117,8 @@ def means_by_tracker(means_table: pd.DataFrame) -> MeansByTracker:
     return means
 
 
-def _interval(entry: Mapping[Any, Any]) -> tuple[float, float] | None:
-    return (entry["low"], entry["high"]) if isfinite(entry["low"]) else None
+def _interval(statistics: Mapping[Any, Any]) -> tuple[float, float] | None:
+    return (statistics["low"], statistics["high"]) if isfinite(statistics["low"]) else None
 
 
 def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]) -> Table:
@@ -130,21 +130,21 @@ def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]
         return -mean if isfinite(mean) else inf
 
     for name in sorted(means, key=order)[:MAX_ROWS]:
-        entry = means[name]["mean_overlap"]
+        statistics = means[name]["mean_overlap"]
         values = {measure: value["mean"] for measure, value in means[name].items()}
-        mean, interval = entry["mean"], _interval(entry)
-        missing = f" ({entry['lacking']})" if entry["lacking"] else ""
-        texts = [
+        mean, interval = statistics["mean"], _interval(statistics)
+        missing = f" ({statistics['lacking']})" if statistics["lacking"] else ""
+        cells = [
             name,
-            f"{_number(mean, '.2f')}{missing}",
+            f"{_value_text(mean, '.2f')}{missing}",
             f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
             "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
-            _number(100 * values["success_rate"], ".0f", " %"),
-            _number(values["centre_error"], ".1f", " px"),
+            _value_text(100 * values["success_rate"], ".0f", " %"),
+            _value_text(values["centre_error"], ".1f", " px"),
             time_text(values[TIME.name], marks.get(name, "")),
             fps_text(values[TIME.name]),
         ]
-        rows.append([Cell(text) for text in texts])
+        rows.append([Cell(text) for text in cells])
     headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
     headings += [TIME.heading, "fps"]
     ranks = [0, 9, 3, 1, 4, 2, 5]
@@ -152,8 +152,8 @@ def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]
         del headings[3], ranks[2]
         for row in rows:
             del row[3]
-    others = len(means) - len(rows)
-    more = [f"{others} more trackers: --verbose"] if others else []
+    n_hidden = len(means) - len(rows)
+    more = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
     return Table("short", "", headings, 1, rows, [*more, *notes], ranks=ranks)
 
 
@@ -176,7 +176,7 @@ def summarise_times(runs: Runs) -> list[str]:
     return [*lines, *([""] if lines else []), sentence, "", *terminal_lines(table)]
 
 
-def _number(value: float, form: str, unit: str = "") -> str:
+def _value_text(value: float, form: str, unit: str = "") -> str:
     return f"{value:{form}}{unit}" if isfinite(value) else MISSING
 
 
@@ -195,12 +195,12 @@ def failure_lines(runs: pd.DataFrame, folder: Path | None) -> list[str]:
     for row in first.head(_MAX_FAILURES).to_dict("records"):
         reason = str(row["failure"]).partition("\n")[0]
         lines.append(one_line(f"        {row['tracker']} on {row['sequence']}, {reason}"))
-        if place := tracker_line(str(row["failure"])):
-            lines.append(one_line(f"        {place}"))
+        if code_line := tracker_line(str(row["failure"])):
+            lines.append(one_line(f"        {code_line}"))
         if row["tracker"] in with_scores:  # the answer names the other trackers
             lines.append(f"        {notes[row['tracker']].partition(':')[0]}")
-    others = len(first) - _MAX_FAILURES
-    lines += [f"        and runs of {others} more trackers"] if others > 0 else []
+    n_hidden = len(first) - _MAX_FAILURES
+    lines += [f"        and runs of {n_hidden} more trackers"] if n_hidden > 0 else []
     return [*lines, f"Log     {shlex.join(['trackmark', 'results', 'failures', str(folder)])}"]
 
 

@@ -143,19 +143,19 @@ def _table(
 ) -> Table:
     """Return a table of `_values`, which become its data."""
     labels = [str(level) for level in values.index.names]
-    data = values.reset_index()
-    data[labels] = data[labels].astype(str)
+    listed = values.reset_index()
+    listed[labels] = listed[labels].astype(str)
     pairs = zip(values.itertuples(), cycle(measures), strict=False)
     cells = [Cell(_cell_text(value, measure), bool(value.marked)) for value, measure in pairs]
     n = len(measures)
     rows = [
-        [*map(Cell, row), *cells[number * n : (number + 1) * n]]
-        for number, row in enumerate(data[labels][::n].to_numpy())
+        [*map(Cell, row), *cells[index * n : (index + 1) * n]]
+        for index, row in enumerate(listed[labels][::n].to_numpy())
     ]
-    data.insert(len(labels), "metrics", metrics)
+    listed.insert(len(labels), "metrics", metrics)
     headings = [*labels, *(measure.heading for measure in measures)]
     ranks = [measure.rank for measure in measures]
-    return Table(name, caption, headings, len(labels), rows, notes, data, ranks)
+    return Table(name, caption, headings, len(labels), rows, notes, listed, ranks)
 
 
 def _statistic(
@@ -190,9 +190,9 @@ def _values(
     Failed runs count if they have a score by the first measure.
     """
     levels, names = list(mean.index.names), [measure.name for measure in measures]
-    others = runs[~counted(runs, names[0])].groupby(levels, sort=False)["status"]
-    counts = others.size().reindex(mean.index, fill_value=0)
-    kinds = others.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
+    uncounted = runs[~counted(runs, names[0])].groupby(levels, sort=False)["status"]
+    counts = uncounted.size().reindex(mean.index, fill_value=0)
+    kinds = uncounted.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
     sizes = runs.groupby(levels, sort=False).size().reindex(mean.index)
     reasons = [
         f"{count} of {size} {kind}" if count else ""
@@ -254,15 +254,15 @@ def _cell_text(value: Any, measure: ScoreMeasure) -> str:
         return measure.never
     is_count = bool(measure.out_of) and value.mean.is_integer()
     digits = 0 if is_count and not value.standard_deviation > 0 else measure.decimals
-    numbers = value.mean, value.standard_deviation, value.low, value.high
-    text, spread, low, high = (f"{number * measure.scale:.{digits}f}" for number in numbers)
+    values = value.mean, value.standard_deviation, value.low, value.high
+    mean, spread, low, high = (f"{number * measure.scale:.{digits}f}" for number in values)
     if np.isfinite(value.low):
-        text += f" [{low}, {high}]"
+        mean += f" [{low}, {high}]"
     elif np.isfinite(value.standard_deviation):
-        text += f" ±{spread}"
+        mean += f" ±{spread}"
     if np.isfinite(value.out_of) and not measure.never:
-        text += f" of {value.out_of * measure.scale:.0f}"
-    return text
+        mean += f" of {value.out_of * measure.scale:.0f}"
+    return mean
 
 
 def counted(runs: pd.DataFrame, score: str) -> "pd.Series[bool]":

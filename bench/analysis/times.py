@@ -47,12 +47,12 @@ def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame,
         for runs in (scored, timed)
     )
     pairs = ["tracker", "sequence"]
-    whole = timed[timed["status"] == "finished"]
-    means = whole.groupby(pairs, observed=True)[TIME.name].mean().to_dict()
+    finished = timed[timed["status"] == "finished"]
+    means = finished.groupby(pairs, observed=True)[TIME.name].mean().to_dict()
     names = zip(scored["tracker"], scored["sequence"], strict=True)
     times = np.array([means.get(name, np.nan) for name in names], np.float64)
     if len(times) and np.isfinite(times).all():
-        return scored.assign(**{TIME.name: times}), whole
+        return scored.assign(**{TIME.name: times}), finished
     times_of_runs = scored[TIME.name].where(scored["status"] != "failed")
     of_tracker = times_of_runs.groupby(scored["tracker"], observed=True).transform("mean")
     times_of_runs = times_of_runs.where(scored["status"] != "failed", of_tracker)
@@ -82,8 +82,8 @@ def time_marks(runs: pd.DataFrame) -> dict[str, str]:
 
 def time_notes(runs: pd.DataFrame) -> list[str]:
     """Return notes for tables and charts with the times of runs: machine, clocks, peculiarities."""
-    texts = ["clock", "machine", "time_note"]
-    runs = runs.assign(**{name: runs[name].astype(object).fillna("") for name in texts})
+    columns = ["clock", "machine", "time_note"]
+    runs = runs.assign(**{name: runs[name].astype(object).fillna("") for name in columns})
     measured = runs[runs["machine"] != ""]
     if measured.empty:
         return []
@@ -95,10 +95,10 @@ def time_notes(runs: pd.DataFrame) -> list[str]:
     notes += _by_tracker(measured[measured["time_note"] != ""], "time_note")
     mark = time_mark(measured)
     if mark == DISTURBED:
-        most = measured["run_delay_share"].max()
+        max_share = measured["run_delay_share"].max()
         notes.append(
-            f"{DISTURBED}: other load delayed the updates by up to {100 * most:.0f} % of the time; "
-            "`run --timing` on a quieter machine measures these runs again"
+            f"{DISTURBED}: other load delayed the updates by up to {100 * max_share:.0f} % of the "
+            "time; `run --timing` on a quieter machine measures these runs again"
         )
     elif mark == APPROXIMATE:
         notes.append(f"{APPROXIMATE}: next to other trackers; `run --timing` measures without them")
@@ -160,8 +160,8 @@ def with_fps(table: Table, measured: pd.DataFrame) -> Table:
         rows.append([*cells[:column], time, Cell(_fps(mean)), *cells[column + 1 :]])
     gaps = ["standard_deviation", "low", "high"]
     fps = times.assign(measure="fps", mean=1e3 / times["mean"], **dict.fromkeys(gaps, np.nan))
-    data = pd.concat([table.data, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)
+    values = pd.concat([table.data, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)
     headings = [*table.headings[: column + 1], "fps", *table.headings[column + 1 :]]
     after = column - table.n_labels + 1
     ranks = [*table.ranks[:after], 0, *table.ranks[after:]] if table.ranks else []
-    return replace(table, headings=headings, rows=rows, data=data, ranks=ranks)
+    return replace(table, headings=headings, rows=rows, data=values, ranks=ranks)

@@ -19,8 +19,6 @@ import cv2
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.external.worker import Copies
-
 
 def _load_clock() -> Any:
     """Return the current module of the clock."""
@@ -87,7 +85,6 @@ class TimedClips:
             sys.path[:] = [then if os.path.realpath(path) == now else path for path in sys.path]
         self._images = [np.load(clip.images, mmap_mode="r") for clip in self._clips]
         self._n_turns = 0
-        self.copies = Copies()
         cv2.setNumThreads(1)
         gc.disable()
 
@@ -98,8 +95,6 @@ class TimedClips:
         except BaseException as error:  # noqa: BLE001  # of the tracker
             text = " ".join(f"{type(error).__name__}: {error}".split())
             return {"unusable": text[:300]}
-        finally:
-            self.copies.end()
         gc.collect()
         self._n_turns += 1
         if self._n_turns <= len(self._clips):

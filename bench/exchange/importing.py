@@ -36,7 +36,6 @@ from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
@@ -132,11 +131,10 @@ def import_results(
     store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
     store.add_requests(RequestedRuns("", versions))
-    stored, replaced = StoredRuns.read(folder), list[tuple[Run, str]]()
-    stored_keys = {run_key(row) for row in stored.rows}
+    stored_keys, replaced = set(store.list_keys()), list[tuple[Run, str]]()
     for run in runs:
         key = run_key(run.identity)
-        existing = stored.run(key).identity if key in stored_keys else None
+        existing = store.read(key).identity if key in stored_keys else None
         if existing is not None and not existing.imported:
             raise name_collision(folder, existing.tracker)
         replaced.append((run, existing.version if existing else ""))

@@ -1,7 +1,7 @@
 """Child process that answers requests of the harness.
 
-Usage, by `start.py`: python worker.py FRAMES HOME OPERATIONS ARGUMENT... OPERATIONS is a class that
-derives from `Operations`, as `module:Class`; it is created with the file FRAMES and the arguments.
+Usage, by `start.py`: python worker.py FRAMES HOME OPERATIONS ARGUMENT... OPERATIONS is a class with
+the method `perform`, as `module:Class`, which is created with the file FRAMES and the arguments.
 HOME is the folder of the package trackmark. If OPERATIONS is empty, the arguments are the file of a
 tracker and, optionally, its class. The process then needs Python 3.6 or newer and NumPy, but not
 trackmark.
@@ -78,10 +78,11 @@ def import_rules(name: str) -> Any:
 
 
 def serve(operations: Any) -> None:
-    """Answer requests until stdin ends, by `Operations.perform` in the main thread.
+    """Answer requests until stdin ends, by `operations.perform` in the main thread.
 
     An answer with the key `problem` or `error` is the last one.
     """
+    copies = operations.copies = Copies()
     requests, answers = os.fdopen(os.dup(0)), os.fdopen(os.dup(1), "w")
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     os.dup2(2, 1)  # output of the tracker and of its libraries does not mix with the answers
@@ -93,11 +94,13 @@ def serve(operations: Any) -> None:
         number, operation, arguments = json.loads(line)
         try:
             answer = operations.perform(operation, **arguments)
-        except SystemExit:
-            raise
         except BaseException as error:
+            copies.end()
+            if isinstance(error, SystemExit):
+                raise
             answer = {"error": describe_error(error)}
-        if operations.copies.have_returned():
+        copies.end()
+        if copies.have_returned():
             answer = {"problem": FORKED}
         answers.write(MARK + json.dumps([number, answer], default=convert) + "\n")
         answers.flush()
@@ -191,23 +194,21 @@ def has_children() -> bool:
 class Operations:
     """Base class of operations on trackers, which this process runs one after another.
 
-    `frames` is the file of frames, `clocks` the module `call_clock`. `_generators` is the context
-    of the code of the current tracker, an instance of `GlobalGenerators`.
+    `frames` is the file of frames, `clocks` the module `call_clock`. `copies` are the `Copies` of
+    this process, which `serve` sets. `_generators` is the context of the code of the current
+    tracker, an instance of `GlobalGenerators`.
     """
 
+    copies = None  # type: Any
     _generators = None  # type: Any
 
     def __init__(self, frames: Any, clocks: Any) -> None:
         self._frames, self._clocks = frames, clocks
         self._clock = clocks.CallClock()
-        self.copies = Copies()
 
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation."""
-        try:
-            return getattr(self, operation)(**arguments)
-        finally:
-            self.copies.end()
+        return getattr(self, operation)(**arguments)
 
     def _read(self, pixels: Any) -> Any:
         """Return the images and masks in the file of frames; None for None."""

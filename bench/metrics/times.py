@@ -28,7 +28,7 @@ CPU_FACTOR = 1.5
 """Ratio between time and CPU time from which a run gets a note."""
 
 MIN_DIFFERENCE = 1e-4
-"""Least difference between time and CPU time per frame for a note [s].
+"""Least difference for a note: of the time per frame to CPU time, or of its mean to its median [s].
 
 Context switches of the process, and reading its counters, cause smaller differences.
 """
@@ -85,7 +85,8 @@ def time_fields(times: Times) -> dict[str, Any]:
     children = float(times.children[usual].mean())
     note = _note(mean, fields["cpu_ms_per_frame"] / 1e3, children)
     # Less than 5 % of the frames raise the mean above 1.5 times the median.
-    if not note and mean > 1.5 * median and seconds[seconds <= most].mean() <= 1.25 * median:
+    is_usual_mean = mean <= max(1.5 * median, median + MIN_DIFFERENCE)
+    if not note and not is_usual_mean and seconds[seconds <= most].mean() <= 1.25 * median:
         note = "a few frames take most of the time"
     return {**fields, "time_note": note} if note else fields
 

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.analysis.comparison import means_in_part, parts_of
+from trackmark.bench.analysis.comparison import means_of_subset, subsets_of
 from trackmark.bench.pages.content import PageTable
 from trackmark.bench.pages.player_runs import PageRuns
 from trackmark.bench.statistics.rules import interval_or_none
@@ -21,7 +21,7 @@ def subset_table(
         return None  # no finished run
     sequences = [sequence_runs.name for sequence_runs in runs.sequences]
     units = units_of(sequences)
-    masks = parts_of(sequences, [occurring.get(name, ()) for name in sequences])
+    masks = subsets_of(sequences, [occurring.get(name, ()) for name in sequences])
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
     groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
@@ -33,7 +33,7 @@ def subset_table(
         cells = [f"{parameter}={value}", str(len(members))]
         for name in runs.trackers:
             by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
-            by_unit = means_in_part(units, by_sequence.to_numpy(float), mask)
+            by_unit = means_of_subset(units, by_sequence.to_numpy(float), mask)
             mean = float(by_unit.mean()) if len(by_unit) else np.nan
             limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
             mean_text = f"{mean:.3f}" if np.isfinite(mean) else MISSING

@@ -61,7 +61,7 @@ def test_correlation_finds_only_dependent_attributes():
     assert significant.attribute == "a3"
     assert all(curve.interval.high > 0 for curve in curves)
     assert (np.diff([entry.mean for entry in significant.bins]) > 0).all()
-    corrected = rank_correlation(significant.places, significant.scores, 1 - 0.05 / 10)[1]
+    corrected = rank_correlation(significant.attribute_values, significant.scores, 1 - 0.05 / 10)[1]
     assert significant.interval == pytest.approx(corrected)
 
 
@@ -69,7 +69,7 @@ def test_sequences_without_attribute_are_omitted():
     measured = {"visibility": [np.nan] * 5, "size": [1, 2, np.nan, 4, 5], "one": [1] + [np.nan] * 4}
     (curve,) = attribute_curves({"a": [0.1, 0.2, 0.3, 0.4, np.nan]}, measured)
     assert curve.attribute == "size"
-    assert curve.places.tolist() == [1, 2, 4]
+    assert curve.attribute_values.tolist() == [1, 2, 4]
     assert curve.interval == (-1, 1)
     (curve,) = attribute_curves({"a": [0.5] * 12}, {"size": np.arange(12)})
     assert isnan(curve.correlation)  # all scores are equal

@@ -14,7 +14,7 @@ from trackmark.bench.analysis.comparable_runs import (
     ComparisonError,
     compared_measure,
 )
-from trackmark.bench.analysis.comparison import parts_of
+from trackmark.bench.analysis.comparison import subsets_of
 from trackmark.bench.analysis.comparison_figures import write_differences
 from trackmark.bench.analysis.comparison_tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.analysis.decisions import answer_of
@@ -332,10 +332,10 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
 
 def test_parts_of_have_defaults_and_order_numbers_by_size():
     names = ["a/b", "a/b:noise=30", "a/b:noise=5", "a/b:noise=10:scene=2", "c/d", "c/d:scene=1"]
-    parts = parts_of(names)
+    parts = subsets_of(names)
     assert list(parts) == [("noise", value) for value in ("default", "5", "10", "30")]
     assert parts["noise", "default"].tolist() == [True, *[False] * 5]
-    assert parts_of(["a/b:noise=30", "c/d"]) == {}
+    assert subsets_of(["a/b:noise=30", "c/d"]) == {}
 
 
 def test_parts_include_attributes_of_some_sequences(make_runs):

@@ -170,6 +170,13 @@ def test_failure_has_frame_reason_and_last_output(make_sequence, write, hangs, a
     assert not run(write(), {}, sequence, is_isolated=True).failure
 
 
+def test_process_of_multiprocessing_is_no_copy(make_sequence, write):
+    kind = "__import__('multiprocessing').get_context('fork').Process"
+    start = f"{kind}(target=time.sleep, args=(99,), daemon=True).start()"
+    name = write(f"\n        if self.n == 3: {start}")
+    assert not run(name, {}, make_sequence(n=8), is_isolated=True).failure
+
+
 @pytest.mark.parametrize(
     ("code", "words"),
     [

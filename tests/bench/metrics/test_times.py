@@ -63,6 +63,7 @@ def test_run_delay_share_is_of_all_updates():
         (times(ONE, cpu=0.6), "waits"),
         (times(ONE * 1e-5, cpu=4e-5), ""),  # differences of microseconds mean nothing
         (times([1, *[0.001] * 97, 0.1, 0.1]), "a few frames take most of the time"),
+        (times([1, *[1e-5] * 97, 1e-3, 1e-3]), ""),
         (times([1, *[0.001, 0.001, 0.01] * 33]), ""),  # every third frame is no exception
     ],
 )
