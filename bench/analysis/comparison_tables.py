@@ -377,7 +377,7 @@ def _sequences(comparison: Comparison) -> Table:
 def _subset_table(comparison: Comparison) -> Table:
     """Return a table of pairwise differences, one row per parameter value or attribute."""
     rows, values = [], []
-    widest = comparison.measure.most - comparison.measure.least
+    widest = comparison.measure.maximum - comparison.measure.minimum
     subsets = subsets_of(comparison.sequences, comparison.attributes)
     for pair, ((parameter, value), selected) in product(shown_pairs(comparison), subsets.items()):
         by_unit = means_of_subset(comparison.units, pair.differences, selected)
@@ -435,7 +435,7 @@ def _methods(comparison: Comparison) -> list[str]:
     if not m:
         return []
     measure = comparison.measure
-    enough = units_for_small(measure.margin, measure.most - measure.least)
+    enough = units_for_small(measure.margin, measure.maximum - measure.minimum)
     level = f"{100 * corrected_level(m):.4g} %"
     if m > 1:
         level += f" each (Bonferroni over {m} comparisons, together 95 %)"
