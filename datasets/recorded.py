@@ -60,6 +60,7 @@ def recorded(
     masks: Callable[[int], Mask | None] | None = None,
     shapes: Shapes | None = None,
     frame_values: Mapping[str, Array] | None = None,
+    image_size: tuple[int, int] | None = None,
     description: str = "",
     digests: Callable[[abc.Sequence[Path]], list[str]] = file_digests,
 ) -> Sequence:
@@ -85,7 +86,7 @@ def recorded(
         See `Origin`.
     digests : callable
         Function that returns the digests of the files that are read, including mask files.
-    truth_missing, fps, frame_names, attributes, masks, shapes, frame_values
+    truth_missing, fps, frame_names, attributes, masks, shapes, frame_values, image_size
         See `Sequence`.
     """
     if truth is not None and _has_one_row(truth):
@@ -112,6 +113,7 @@ def recorded(
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,
         frame_values={key: _extended(x, n, 0.0) for key, x in (frame_values or {}).items()},
+        image_size=image_size,
         origin=Origin(description=description),
     )
     return sequence

@@ -213,12 +213,11 @@ def _dump(value: Any, dumped: list[str], imports: list[_Import]) -> None:
             _dump(child, dumped, imports)
             continue
         for position, item in enumerate(child):
-            if isinstance(item, ast.Import):
-                imports += [_Import(0, "", a.name, a.asname or a.name) for a in item.names]
-            elif isinstance(item, ast.ImportFrom):
+            if isinstance(item, ast.Import | ast.ImportFrom):
+                level, module = getattr(item, "level", 0), getattr(item, "module", None) or ""
                 imports += [
-                    _Import(item.level, item.module or "", a.name, a.asname or a.name)
-                    for a in item.names
+                    _Import(level, module, bound.name, bound.asname or bound.name)
+                    for bound in item.names
                 ]
             elif not (position == 0 and field == "body" and _is_text_statement(item)):
                 # Python 3.12 ends a nested format with an empty text, other versions do not.

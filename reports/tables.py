@@ -33,8 +33,8 @@ class ScoreMeasure:
     out_of: str = ""  # column with the maximum of a count, printed as `k of n`
     never: str = ""  # text for a score that equals this maximum, instead of `n of n`
     rank: int = 0  # a narrow terminal omits columns of the highest rank first
-    least: float = -math.inf  # lowest possible score
-    most: float = math.inf  # highest possible score
+    minimum: float = -math.inf  # lowest possible score
+    maximum: float = math.inf  # highest possible score
     margin: float = 0.0  # difference of scores that is irrelevant in practice
 
     @property

@@ -90,7 +90,7 @@ def attribute_report(
         sequences = [str(sequence) for sequence in scored["sequence"].unique()]
         means = _means_by_sequence(scored, measure)
         values = attributes_of(scored, sequences, progress, on_message)
-        curves = attribute_curves(means, values, measure.least, measure.most)
+        curves = attribute_curves(means, values, measure.minimum, measure.maximum)
         file_name = "attributes" if name == DEFAULT_METRICS else f"attributes-{name}"
         table = attribute_table(curves, measure, file_name)
         for tracker in sorted(set(scored["tracker"]) - set(means)):

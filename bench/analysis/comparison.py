@@ -352,7 +352,7 @@ def _standings(
     times = by_sequence.groupby("tracker", observed=True).mean().to_dict()
     standings = []
     for name, values in zip(means, units.means(list(means.values())), strict=True):
-        interval = interval_or_none(values, 1, measure.least, measure.most)
+        interval = interval_or_none(values, 1, measure.minimum, measure.maximum)
         own_runs = runs[runs["tracker"] == name]
         mean, mark, survival = float(values.mean()), name in unbeaten, _survival(own_runs)
         time = times.get(name, nan)
@@ -372,7 +372,7 @@ def _pairs(
     names = list(combinations(means, 2))
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
-    sign, limit = _sign(measure), measure.most - measure.least
+    sign, limit = _sign(measure), measure.maximum - measure.minimum
     pairs = []
     for first, second in names:
         differences = means[first] - means[second]

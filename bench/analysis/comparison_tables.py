@@ -149,7 +149,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
-        "parts": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
+        "subsets": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
         "paragraph": paragraph(comparison),
     }
 
@@ -305,7 +305,7 @@ def pair_table(comparison: Comparison) -> Table:
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
-    headings = ["pair", _difference_head(comparison), "interval", "better on", "the first is"]
+    headings = ["pair", _difference_head(comparison), "interval", "better on", "decision"]
     return replace(text_table("comparison-pairs", "", headings, rows), ranks=[1, 1, 2, 0])
 
 
@@ -319,13 +319,19 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
     return {
         "first": pair.first,
         "second": pair.second,
-        "answer": pair.decision.label,
+        "decision": pair.decision.label,
         "reason": pair.decision.reason,
         "difference": pair.difference,
         "better_on": pair.wins,
         "units": len(pair.by_unit),
-        "p": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
-        **dict(zip(("needed_from", "needed_to"), pair.decision.needed or (nan, nan), strict=True)),
+        "p_value": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
+        **dict(
+            zip(
+                ("units_needed_from", "units_needed_to"),
+                pair.decision.needed or (nan, nan),
+                strict=True,
+            )
+        ),
         "same_boxes": pair.same_boxes,
     }
 
@@ -371,7 +377,7 @@ def _sequences(comparison: Comparison) -> Table:
 def _subset_table(comparison: Comparison) -> Table:
     """Return a table of pairwise differences, one row per parameter value or attribute."""
     rows, values = [], []
-    widest = comparison.measure.most - comparison.measure.least
+    widest = comparison.measure.maximum - comparison.measure.minimum
     subsets = subsets_of(comparison.sequences, comparison.attributes)
     for pair, ((parameter, value), selected) in product(shown_pairs(comparison), subsets.items()):
         by_unit = means_of_subset(comparison.units, pair.differences, selected)
@@ -380,10 +386,15 @@ def _subset_table(comparison: Comparison) -> Table:
         difference = _score_text(comparison, mean, signed=True)
         limits = _interval(comparison, interval, signed=True)
         rows.append([pair.label, f"{parameter}={value}", str(n), difference, limits])
-        subset = {"first": pair.first, "second": pair.second, "knob": parameter, "value": value}
+        subset = {
+            "first": pair.first,
+            "second": pair.second,
+            "parameter": parameter,
+            "value": value,
+        }
         values.append(subset | {"sequences": n, "difference": mean, **_ends(interval)})
     return Table(
-        name="comparison-parts",
+        name="comparison-subsets",
         caption=(
             f"Differences of {comparison.measure.heading} by parameter and by attribute (of "
             "sequences in which it occurs), first minus second, on n sequences; 95 % intervals "
@@ -424,7 +435,7 @@ def _methods(comparison: Comparison) -> list[str]:
     if not m:
         return []
     measure = comparison.measure
-    enough = units_for_small(measure.margin, measure.most - measure.least)
+    enough = units_for_small(measure.margin, measure.maximum - measure.minimum)
     level = f"{100 * corrected_level(m):.4g} %"
     if m > 1:
         level += f" each (Bonferroni over {m} comparisons, together 95 %)"

@@ -79,11 +79,13 @@ def summarise(runs: Runs) -> RunSummary | None:
     means, measured = summary_means(scored, runs.timed)
     by_tracker = means_by_tracker(means.data.reset_index())
     notes = [note for note in means.notes if " runs failed (" not in note]
-    answered, _ = answer_on(scored, runs.timed, by_tracker)
+    answered, comparison = answer_on(scored, runs.timed, by_tracker)
+    standings = () if comparison is None else comparison.standings
+    intervals = {entry.tracker: entry.interval for entry in standings if entry.interval}
     return RunSummary(
         answered,
         failure_lines(scored, runs.folder),
-        _table(by_tracker, time_marks(measured), notes),
+        _table(by_tracker, intervals, time_marks(measured), notes),
         [*not_repeatable(runs.table).values()],
     )
 
@@ -117,12 +119,16 @@ def means_by_tracker(means_table: pd.DataFrame) -> MeansByTracker:
     return means
 
 
-def _interval(statistics: Mapping[Any, Any]) -> tuple[float, float] | None:
-    return (statistics["low"], statistics["high"]) if isfinite(statistics["low"]) else None
+def _table(
+    means: MeansByTracker,
+    intervals: Mapping[str, tuple[float, float]],
+    marks: Mapping[str, str],
+    notes: Sequence[str],
+) -> Table:
+    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error.
 
-
-def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]) -> Table:
-    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error."""
+    `intervals` are those of the mean overlaps by tracker, `marks` those of the times.
+    """
     rows = []
 
     def order(name: str) -> float:
@@ -132,13 +138,13 @@ def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]
     for name in sorted(means, key=order)[:MAX_ROWS]:
         statistics = means[name]["mean_overlap"]
         values = {measure: value["mean"] for measure, value in means[name].items()}
-        mean, interval = statistics["mean"], _interval(statistics)
+        mean = statistics["mean"]
         missing = f" ({statistics['lacking']})" if statistics["lacking"] else ""
         cells = [
             name,
             f"{_value_text(mean, '.2f')}{missing}",
             f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
-            "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
+            "[{:.2f}, {:.2f}]".format(*intervals[name]) if name in intervals else MISSING,
             _value_text(100 * values["success_rate"], ".0f", " %"),
             _value_text(values["centre_error"], ".1f", " px"),
             time_text(values[TIME.name], marks.get(name, "")),
@@ -148,7 +154,7 @@ def _table(means: MeansByTracker, marks: Mapping[str, str], notes: Sequence[str]
     headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
     headings += [TIME.heading, "fps"]
     ranks = [0, 9, 3, 1, 4, 2, 5]
-    if not any(_interval(entries["mean_overlap"]) for entries in means.values()):
+    if not intervals:
         del headings[3], ranks[2]
         for row in rows:
             del row[3]

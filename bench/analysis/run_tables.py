@@ -33,11 +33,11 @@ from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure, Table
 
 SUMMARY = tuple(
-    replace(measure, least=0.0, margin=MARGINS[measure.name])
+    replace(measure, minimum=0.0, margin=MARGINS[measure.name])
     for measure in (
-        ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, most=1.0),
-        ScoreMeasure("success_rate", "success", "%", "higher", 1, scale=100, most=1.0),
-        ScoreMeasure("inside_rate", "inside", "%", "higher", 1, scale=100, rank=1, most=1.0),
+        ScoreMeasure("mean_overlap", "mean overlap", direction="higher", decimals=3, maximum=1.0),
+        ScoreMeasure("success_rate", "success", "%", "higher", 1, scale=100, maximum=1.0),
+        ScoreMeasure("inside_rate", "inside", "%", "higher", 1, scale=100, rank=1, maximum=1.0),
         ScoreMeasure("centre_error", "centre error", "px", "lower", 2),
         ScoreMeasure("centre_error_median", "median", "px", "lower", 2, rank=2),
     )
@@ -60,10 +60,10 @@ PER_SEQUENCE = (
 
 MASKS = (
     ScoreMeasure(
-        "mean_region_similarity", "region similarity J", "", "higher", 3, least=0.0, most=1.0
+        "mean_region_similarity", "region similarity J", "", "higher", 3, minimum=0.0, maximum=1.0
     ),
     ScoreMeasure(
-        "mean_contour_accuracy", "contour accuracy F", "", "higher", 3, least=0.0, most=1.0
+        "mean_contour_accuracy", "contour accuracy F", "", "higher", 3, minimum=0.0, maximum=1.0
     ),
 )
 """Columns of runs with masks, in addition to the scores of boxes."""
@@ -95,8 +95,8 @@ def measure_of(name: str, column: Metric) -> ScoreMeasure:
         heading(name),
         direction=column.direction,
         decimals=3 if column.direction else 0,
-        least=0.0,
-        most=1.0 if is_share else inf,
+        minimum=0.0,
+        maximum=1.0 if is_share else inf,
         margin=MARGIN if is_share else 0.0,
     )
 
@@ -181,10 +181,10 @@ def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
 
 
 def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, pd.DataFrame]:
-    """Return the content of `summary_of`, without its texts, and the runs that have its times."""
+    """Return means and notes of `summary_of`, and the runs that have its times."""
     runs, measures, measured, notes = _summary_input(scored, timed)
     runs, _ = _with_units(runs)
-    data, failures = mean_scores(runs, measures, uncertainty_of)
+    data, failures = mean_scores(runs, measures)
     return MeanScores(data, [*failures, *notes]), measured
 
 
@@ -277,7 +277,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
         return Uncertainty([None] * len(values), [False] * len(values))
     finite = np.asarray(np.isfinite(values).all(axis=1))
     intervals = [
-        interval_or_none(row, 1, measure.least, measure.most) if is_finite else None
+        interval_or_none(row, 1, measure.minimum, measure.maximum) if is_finite else None
         for row, is_finite in zip(values, finite.tolist(), strict=True)
     ]
     marks = np.zeros(len(values), bool)
@@ -286,7 +286,7 @@ def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncert
             values[finite],
             measure.margin,
             higher=measure.direction == "higher",
-            limit=measure.most - measure.least,
+            limit=measure.maximum - measure.minimum,
         )
     return Uncertainty(intervals, marks.tolist())
 

@@ -10,7 +10,7 @@ from trackmark.bench.metrics.times import RUN_DELAY_CLOCK
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
-TIME = ScoreMeasure("ms_per_frame", "ms/frame", "", None, 3, least=0.0)
+TIME = ScoreMeasure("ms_per_frame", "ms/frame", "", None, 3, minimum=0.0)
 """Mean time of an update [ms]."""
 
 TIMES = (

@@ -114,19 +114,21 @@ execution_option = functools.partial(option, group="Execution")
 
 
 def with_options(
-    kind: type[Options],
+    options_class: type[Options],
 ) -> Callable[[Callable[[Options], Any]], Callable[..., Any]]:
-    """Return a decorator: click passes the values of the options as one object of `kind`.
+    """Return a decorator: click passes the values of the options as one object of `options_class`.
 
     Help texts list options of base classes last.
     """
-    own_names = inspect.get_annotations(kind)
-    fields = sorted(dataclasses.fields(kind), key=lambda field: field.name not in own_names)
+    own_names = inspect.get_annotations(options_class)
+    fields = sorted(
+        dataclasses.fields(options_class), key=lambda field: field.name not in own_names
+    )
 
     def decorate(function: Callable[[Options], Any]) -> Callable[..., Any]:
         @functools.wraps(function)
         def command(**values: Any) -> Any:
-            return function(kind(**values))
+            return function(options_class(**values))
 
         for field in reversed(fields):
             command = _parameter(field)(command)
@@ -138,17 +140,17 @@ def with_options(
 def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
     """Return click's decorator for a field."""
     settings = dict(field.metadata)
-    names, minimum, kind = (settings.pop(key, None) for key in ("names", "minimum", "type"))
+    names, minimum, option_type = (settings.pop(key, None) for key in ("names", "minimum", "type"))
     args = typing.get_args(field.type)
     annotation = args[0] if args else field.type
     if minimum is not None:
-        kind = click.IntRange(minimum) if annotation is int else FiniteRange(minimum)
-    elif kind is None:
-        kind = click.Path(path_type=Path) if annotation is Path else annotation
-    if kind is str:
+        option_type = click.IntRange(minimum) if annotation is int else FiniteRange(minimum)
+    elif option_type is None:
+        option_type = click.Path(path_type=Path) if annotation is Path else annotation
+    if option_type is str:
         settings["shell_complete"] = _complete_file
     if "help" not in settings:
-        return click.argument(field.name, type=kind, **settings)
+        return click.argument(field.name, type=option_type, **settings)
     if annotation is bool:
         settings["is_flag"] = True
     elif typing.get_origin(field.type) is tuple:
@@ -159,7 +161,7 @@ def _parameter(field: "dataclasses.Field[Any]") -> Callable[[Any], Any]:
     if minimum is not None:
         settings.setdefault("metavar", "INTEGER" if annotation is int else "FLOAT")
     arguments = (*(names or [name]), field.name)
-    return click.option(*arguments, cls=GroupedOption, type=kind, **settings)
+    return click.option(*arguments, cls=GroupedOption, type=option_type, **settings)
 
 
 def _complete_file(
@@ -169,13 +171,13 @@ def _complete_file(
     return [CompletionItem(incomplete, type="file")]
 
 
-def _metrics(context: click.Context, parameter: click.Parameter, text: str) -> list[str]:
+def _metrics(context: click.Context, parameter: click.Parameter, names: str) -> list[str]:
     from trackmark.bench import metrics
 
-    if not split_list(text):
+    if not split_list(names):
         raise click.BadParameter("name at least one (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(text)))
+        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(names)))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 
@@ -231,17 +233,17 @@ def truth_option() -> Any:
     )
 
 
-def memory_size(text: str) -> int:
+def memory_size(size: str) -> int:
     """Return the number of bytes of a text such as `500MB`, `4GiB` or `1000`."""
     from pydantic import ByteSize, TypeAdapter, ValidationError
 
     try:
         # The validator ignores text after a number, as in 4,5GB.
-        is_size = re.fullmatch(r"[\d.]+ *[a-zA-Z]*", text.strip())
-        return int(TypeAdapter(ByteSize).validate_python(text if is_size else ""))
+        is_size = re.fullmatch(r"[\d.]+ *[a-zA-Z]*", size.strip())
+        return int(TypeAdapter(ByteSize).validate_python(size if is_size else ""))
     except ValidationError:
         raise click.BadParameter(
-            f"{text!r} is not a valid size. Use, for example, 500MB or 4GiB."
+            f"{size!r} is not a valid size. Use, for example, 500MB or 4GiB."
         ) from None
 
 
@@ -301,23 +303,23 @@ class EngineOptions:
         }
 
 
-def utf8_text(context: click.Context, parameter: click.Parameter, text: str | None) -> str | None:
+def utf8_text(context: click.Context, parameter: click.Parameter, value: str | None) -> str | None:
     """Return the text of an option; refuse a text that a UTF-8 file cannot hold."""
     try:
-        (text or "").encode()
+        (value or "").encode()
     except UnicodeEncodeError as error:
         raise click.BadParameter(
-            f"not UTF-8 at character {error.start + 1} ({quote(text or '')}). Type it in UTF-8."
+            f"not UTF-8 at character {error.start + 1} ({quote(value or '')}). Type it in UTF-8."
         ) from None
-    return text
+    return value
 
 
-def split_list(text: str) -> list[str]:
+def split_list(joined: str) -> list[str]:
     """Return the items of a comma-separated list."""
-    return [item.strip() for item in text.split(",") if item.strip()]
+    return [item.strip() for item in joined.split(",") if item.strip()]
 
 
-def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSpec, ...]:
+def matching_sequences(selection: str, truth: Path | None = None) -> tuple[SequenceSpec, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
     Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
@@ -328,7 +330,7 @@ def matching_sequences(text: str, truth: Path | None = None) -> tuple[SequenceSp
     from trackmark.datasets.selection import select_sequences
 
     with report_slow_work("Looking for sequences"):
-        names = select_sequences(split_list(text))
+        names = select_sequences(split_list(selection))
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSpec(name, truth) for name in names)

@@ -58,7 +58,7 @@ def command(options: TraxServerOptions) -> int:
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_spec import BOXES, resolve_specs
     from trackmark.bench.external.isolated import IsolatedFactory
-    from trackmark.bench.external.trax_server import ClientError, serve
+    from trackmark.bench.external.trax_server import ClientError, serve_client
     from trackmark.trackers import TrackerError
     from trackmark.trackers.base.global_generators import GlobalGenerators
     from trackmark.trackers.base.plain import seed_number
@@ -82,7 +82,7 @@ def command(options: TraxServerOptions) -> int:
         return create(seed)
 
     try:
-        serve(make, spec.label, sys.stdin.buffer, answers)
+        serve_client(make, spec.label, sys.stdin.buffer, answers)
     except ClientError as error:
         print_error(str(error))
         return EXIT_WRONG_INPUT

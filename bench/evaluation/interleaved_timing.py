@@ -81,11 +81,13 @@ class _TimedProcess:
         )
         self.close = self._process.close
 
-    def turn(self, number: int, start: int, stop: int) -> TurnTime:
+    def turn(self, clip_index: int, start: int, stop: int) -> TurnTime:
         """See `Timed`; raises `TurnError`."""
         try:
-            answer = self._process.ask(TURN_LIMIT, "turn", number=number, start=start, stop=stop)
-            time = TurnTime(**answer)
+            reply = self._process.ask(
+                TURN_LIMIT, "turn", clip_index=clip_index, start=start, stop=stop
+            )
+            time = TurnTime(**reply)
             if 0 < time.seconds < inf:
                 return time
             reason = f"{time.seconds!r} is not a duration"
@@ -112,7 +114,7 @@ def time_interleaved(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[
 class Timed(Protocol):
     """Object that `take_turns` can time."""
 
-    def turn(self, number: int, start: int, stop: int) -> TurnTime:
+    def turn(self, clip_index: int, start: int, stop: int) -> TurnTime:
         """Return the time of updates `start` to `stop`; 0 creates a new tracker."""
         ...
 
@@ -136,16 +138,16 @@ def take_turns(
     `seconds` is the total time of all passes of the slowest object [s].
     """
     for limit in (2, max(n_frames)):  # compiles kernels, then fills caches
-        warming = [(number, 0, min(limit, stop)) for number, stop in enumerate(n_frames)]
+        warming = [(index, 0, min(limit, stop)) for index, stop in enumerate(n_frames)]
         sums = _pass(timed, warming, 0)[..., 0].sum(axis=1)
     passes = min(max(round(seconds / sums.max()), min_passes), _MAX_PASSES)
     # Every turn takes longer than it takes to fill the CPU caches again.
     turns_per_clip = max(1, round(sums.min() / len(n_frames) / _TURN_SECONDS))
     turns = []
-    for number, stop in enumerate(n_frames):
+    for index, stop in enumerate(n_frames):
         edges = np.linspace(0, stop, min(turns_per_clip, stop) + 1).round().astype(int)
-        turns += [(number, *edge) for edge in pairwise(edges.tolist())]
-    measured = [_undisturbed_pass(timed, turns, number) for number in range(passes)]
+        turns += [(index, *edge) for edge in pairwise(edges.tolist())]
+    measured = [_undisturbed_pass(timed, turns, index) for index in range(passes)]
     return Turns(np.stack(measured, axis=1), turns)
 
 
@@ -175,6 +177,6 @@ def _pass(
     times = np.empty((len(timed), len(turns), 2))
     for i, turn in enumerate(turns):
         for step in range(len(timed)):
-            number = (first + i + step) % len(timed)
-            times[number, i] = timed[number].turn(*turn)
+            index = (first + i + step) % len(timed)
+            times[index, i] = timed[index].turn(*turn)
     return times

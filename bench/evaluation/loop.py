@@ -49,7 +49,7 @@ class Observer:
     def on_frame_read(self, frame: int) -> None:
         """Handle the event before a frame is read."""
 
-    def on_tracker_call(self, entry: int, frame: int) -> None:
+    def on_tracker_call(self, run_index: int, frame: int) -> None:
         """Handle the event before a tracker is called."""
 
     def on_tracker_return(self) -> None:
@@ -117,12 +117,12 @@ def evaluate_run(
     """
     loaded = datasets.load(sequence) if isinstance(sequence, str) else sequence
     protocol_key = parse_protocol(protocol).key
-    entries = [(parse_tracker(tracker), repetition)]
-    return run_protocol(entries, loaded, protocol_key, keep_arrays=keep_arrays).runs[0]
+    runs = [(parse_tracker(tracker), repetition)]
+    return run_protocol(runs, loaded, protocol_key, keep_arrays=keep_arrays).runs[0]
 
 
 def run_protocol(
-    entries: Iterable[tuple[TrackerSpec, int]],
+    runs: Iterable[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str = ONE_PASS,
     *,
@@ -133,7 +133,7 @@ def run_protocol(
 ) -> PassResult:
     """Run several trackers on a sequence in lock step.
 
-    `entries` are trackers with repetitions; timing runs have one entry. `protocol` is the stored
+    `runs` are trackers with repetitions; a timing run is alone. `protocol` is the stored
     name; `timing` measures time in a one-pass run. `keep_arrays` stores arrays, masks and maps of
     one-pass runs. `run_seconds` is the time limit of each tracker for all frames. `raise_errors`
     raises exceptions of trackers instead of storing them in runs. `observer` gets callbacks.
@@ -144,7 +144,7 @@ def run_protocol(
     Raises `SequenceError` if the sequence has no usable ground truth, or if an image is unreadable.
     """
     sequence.check_runnable()
-    specs = list(entries)
+    specs = list(runs)
     make = partial(
         _make_recorders,
         specs,
@@ -187,7 +187,7 @@ def _run(
         whole_pass.run()
         last = len(sequence) - 1
         for recorder in recorders:
-            observer.on_tracker_call(recorder.entry, last)
+            observer.on_tracker_call(recorder.run_index, last)
             recorder.finish(last)
             observer.on_tracker_return()
     finally:
@@ -198,17 +198,14 @@ def _run(
 
 
 def _make_recorders(
-    entries: list[tuple[TrackerSpec, int]],
+    runs: list[tuple[TrackerSpec, int]],
     sequence: Sequence,
     protocol: str,
     **options: Any,
 ) -> list[Recorder]:
     """Create the recorders, which share a clock."""
     options["clock"] = CallClock()
-    return [
-        Recorder(number, *entry, sequence, protocol, **options)
-        for number, entry in enumerate(entries)
-    ]
+    return [Recorder(index, *run, sequence, protocol, **options) for index, run in enumerate(runs)]
 
 
 def _time(
@@ -265,7 +262,7 @@ class _SequencePass:
             group = [recorder for recorder in self._recorders if recorder.segments == segments]
             share = len(group) / len(self._recorders)
             for segment in segments:
-                self._numbers = segment.frames(len(self._sequence))
+                self._frame_numbers = segment.frames(len(self._sequence))
                 is_whole = segment.start == 0 and segment.step == 1
                 self._view = view = self._sequence if is_whole else self._sequence[segment.slice]
                 self._active = active = [recorder for recorder in group if not recorder.failure]
@@ -280,32 +277,32 @@ class _SequencePass:
                         if not to_the_end and all(recorder.failure for recorder in active):
                             break
                         self._process_frame(frame, int(before + (frame - first + 1) * share))
-                before += len(self._numbers) * share
+                before += len(self._frame_numbers) * share
 
     def _start(self, first: int) -> None:
         """Pass the frames without target to trackers that need them; initialise all trackers."""
-        view, numbers, observer = self._view, self._numbers, self._observer
+        view, frame_numbers, observer = self._view, self._frame_numbers, self._observer
         watchers = []
         for recorder in self._active if first else ():
-            observer.on_tracker_call(recorder.entry, numbers[first])
+            observer.on_tracker_call(recorder.run_index, frame_numbers[first])
             if recorder.watches(first):
                 watchers.append(recorder)
             observer.on_tracker_return()
         for frame in range(first if watchers else 0):
-            observer.on_frame_read(numbers[frame])
+            observer.on_frame_read(frame_numbers[frame])
             shared_frame = SharedFrame(view[frame], len(watchers))
             for recorder in watchers:
-                observer.on_tracker_call(recorder.entry, numbers[frame])
+                observer.on_tracker_call(recorder.run_index, frame_numbers[frame])
                 recorder.show(shared_frame, frame)
                 observer.on_tracker_return()
         began = perf_counter()
-        observer.on_frame_read(numbers[first])
+        observer.on_frame_read(frame_numbers[first])
         shared_frame = SharedFrame(view[first])
         mask = view.mask(first)
         self.fetching += perf_counter() - began
         self.fetched += 1
         for recorder in self._active:
-            observer.on_tracker_call(recorder.entry, numbers[first])
+            observer.on_tracker_call(recorder.run_index, frame_numbers[first])
             recorder.start(shared_frame, first, mask)
             observer.on_tracker_return()
         self._state.on_frame_done()
@@ -313,15 +310,15 @@ class _SequencePass:
     def _process_frame(self, frame: int, done: int) -> None:
         """Process a later frame; `done` is the number of processed frames, including this one."""
         began = perf_counter()
-        observer, number = self._observer, self._numbers[frame]
-        observer.on_frame_read(number)
+        observer, frame_number = self._observer, self._frame_numbers[frame]
+        observer.on_frame_read(frame_number)
         image = self._view[frame]
         fetched = perf_counter()
         shared_frame = SharedFrame(image, len(self._active))
         in_trackers, running = 0.0, 0
         for recorder in self._active:
             if not recorder.failure:
-                observer.on_tracker_call(recorder.entry, number)
+                observer.on_tracker_call(recorder.run_index, frame_number)
                 in_trackers += recorder.follow(shared_frame, frame)
                 observer.on_tracker_return()
                 running += 1
@@ -340,7 +337,7 @@ class _SequencePass:
         if not segmenting:
             return 0.0
         began = perf_counter()
-        self._observer.on_frame_read(self._numbers[frame])
+        self._observer.on_frame_read(self._frame_numbers[frame])
         truth = self._view.mask(frame)
         read = perf_counter()
         if truth is not None:

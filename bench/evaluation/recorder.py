@@ -84,18 +84,16 @@ def uses_shared_state(spec: TrackerSpec) -> bool:
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
-    `entry` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds` and
-    `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
+    `run_index` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds`
+    and `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
     process does not suffice for the tracker. `clock` can be shared by runs whose calls do not
-    overlap. `state` is the state of the process in the pass.
-
-    `failure` is empty until the run fails. `seconds` is the wall time of all calls of the tracker
-    [s].
+    overlap. `state` is the state of the process in the pass. `failure` is empty until the run
+    fails. `seconds` is the wall time of all calls of the tracker [s].
     """
 
     def __init__(
         self,
-        entry: int,
+        run_index: int,
         spec: TrackerSpec,
         repetition: int,
         sequence: Sequence,
@@ -112,7 +110,7 @@ class Recorder:
             raise ValueError(f"the repetition is {repetition}. Expected: 0 or more.")
         # Computed before the tracker runs, so that a tracker cannot affect its identity.
         self.identity = run_identity(spec, sequence, repetition, protocol)
-        self.entry = entry
+        self.run_index = run_index
         self.failure = ""
         self.seconds = 0.0
         self.gives_masks = False  # masks are compared with the ground truth
@@ -299,9 +297,9 @@ class Recorder:
 
     def _tracker(self) -> Tracker:
         if self._made is None:
-            key, number = self.identity, self._trackers_begun
+            key, index = self.identity, self._trackers_begun
             self._trackers_begun += 1
-            run = self._spec.name, key.sequence, key.repetition, number
+            run = self._spec.name, key.sequence, key.repetition, index
             seed = run_seed(*run, base=self._spec.base_seed)
             if self._state.needs_contexts and uses_shared_state(self._spec):
                 self._context = self._state.context(seed_number(seed))
@@ -364,13 +362,13 @@ class Recorder:
         seconds = 0.0
         try:
             update = self._called.update_shared if self._shared else self._called.update
-            answer, call = self._in_context(self._timed, update, self._argument(shared_frame))
+            estimate, call = self._in_context(self._timed, update, self._argument(shared_frame))
             seconds = perf_counter() - began
             if shared_frame.saved_seconds > saved:  # computed by another tracker before
                 shared = shared_frame.saved_seconds - saved
                 call = call._replace(seconds=call.seconds + shared, cpu=call.cpu + shared)
             self._updates.append(call)
-            self._store_estimate(shared_frame, frame, answer)
+            self._store_estimate(shared_frame, frame, estimate)
         except KeyboardInterrupt:  # Ctrl-C; every other exception is the tracker's
             raise
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
@@ -395,13 +393,13 @@ class Recorder:
             synchronise(self._called)
         return result, self._clock.stop()
 
-    def _store_estimate(self, shared_frame: SharedFrame, frame: int, answer: Any) -> None:
+    def _store_estimate(self, shared_frame: SharedFrame, frame: int, estimate: Any) -> None:
         """Validate and store the estimate that `update` returned."""
-        if row := _usual_row(answer):
-            self._last_box, self._mask, details = row[:4], None, answer.details
+        if row := _usual_row(estimate):
+            self._last_box, self._mask, details = row[:4], None, estimate.details
             self._rows[frame] = row
         else:
-            fields = read_answer(self._made, answer, shared_frame.image.shape)
+            fields = read_answer(self._made, estimate, shared_frame.image.shape)
             self._last_box = fields["box"] or self._last_box
             self._mask, details = fields["mask"], fields["details"]
             self.gives_masks |= self._complete and self._mask is not None
@@ -414,10 +412,10 @@ class Recorder:
                     )
                 self._details[key] = np.full(len(self._all_rows), nan)
             self._details[key][self._start + frame] = value
-        if isinstance(answer, Estimate) and answer.revised:
-            self._store_revisions(frame, answer.revised)
+        if isinstance(estimate, Estimate) and estimate.revised:
+            self._store_revisions(frame, estimate.revised)
         if self._keep_arrays:
-            arrays = answer.arrays if isinstance(answer, Estimate) else {}
+            arrays = estimate.arrays if isinstance(estimate, Estimate) else {}
             self._store_arrays(shared_frame, frame, arrays)
 
     def _store_arrays(
@@ -478,9 +476,9 @@ class Recorder:
         # The relevant parts are the start of a message and the end of a traceback.
         reason = message[:MAX_REASON_CHARACTERS]
         frame_name = self._sequence.frame_name(frame)
-        text = f"{frame_name}: {reason}\n{stack_trace[-MAX_TRACEBACK_CHARACTERS:]}"
+        failure = f"{frame_name}: {reason}\n{stack_trace[-MAX_TRACEBACK_CHARACTERS:]}"
         # The text may contain surrogates, for example in file names.
-        self.failure = text.encode("utf-8", "backslashreplace").decode()
+        self.failure = failure.encode("utf-8", "backslashreplace").decode()
 
 
 def _usual_row(estimate: Any) -> tuple[float, ...] | None:

@@ -134,27 +134,27 @@ class Run:
         """Return status, two scores and four frames with the boxes, for a notebook."""
         from trackmark.datasets.film_strip import film_strip  # imported here: it loads OpenCV
 
-        text = f"<p>{escape(repr(self)[1:-1])}</p>"
+        html = f"<p>{escape(repr(self)[1:-1])}</p>"
         if self.failure:
-            text += f"<p>{escape(self.failure.splitlines()[0])}</p>"
+            html += f"<p>{escape(self.failure.splitlines()[0])}</p>"
         try:
             sequence = self.open_sequence()
             truth = self._truth(sequence)
         except ValueError:  # the sequence cannot be opened, or has changed
-            return f"{text}<p>The images cannot be opened.</p>"
+            return f"{html}<p>The images cannot be opened.</p>"
         first, n = sequence.first_frame, len(self.boxes)
         frames = np.concatenate(self.segments) if self.segments else np.arange(n)
         if not self.failure and not self.segments and self.states is None:
             later = np.isfinite(truth).all(axis=1) & (frames != first)
             scores = self.overlaps(sequence)[later], self.centre_errors(sequence)[later]
             means = [values.mean() if len(values) else np.nan for values in scores]
-            text += f"<p>mean overlap {means[0]:.3f}, centre error {means[1]:.2f} px</p>"
+            html += f"<p>mean overlap {means[0]:.3f}, centre error {means[1]:.2f} px</p>"
         rows = sorted({int(row) for row in np.linspace(min(first, n - 1), n - 1, 4)})
         strip = film_strip(
             [sequence[int(frames[row])] for row in rows],
             [[truth[row], self.boxes[row]] for row in rows],
         )
-        return f"{text}{strip}<p>Green: ground truth. Red: estimate.</p>"
+        return f"{html}{strip}<p>Green: ground truth. Red: estimate.</p>"
 
     def open_sequence(self) -> Sequence:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""

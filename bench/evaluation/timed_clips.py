@@ -91,19 +91,19 @@ class TimedClips:
     def perform(self, operation: str, **turn: int) -> dict[str, Any]:
         """Return the times of a turn, which is the only operation; then collect garbage."""
         try:
-            answer: dict[str, Any] = self._time(**turn)._asdict()
+            times: dict[str, Any] = self._time(**turn)._asdict()
         except BaseException as error:  # noqa: BLE001  # of the tracker
-            text = " ".join(f"{type(error).__name__}: {error}".split())
-            return {"unusable": text[:300]}
+            reason = " ".join(f"{type(error).__name__}: {error}".split())
+            return {"unusable": reason[:300]}
         gc.collect()
         self._n_turns += 1
         if self._n_turns <= len(self._clips):
             gc.freeze()  # keeps imported modules out of later garbage collections
-        return answer
+        return times
 
-    def _time(self, number: int, start: int, stop: int) -> TurnTime:
+    def _time(self, clip_index: int, start: int, stop: int) -> TurnTime:
         """Return the time of the updates `start` to `stop` on a clip; 0 creates a new tracker."""
-        clip, images = self._clips[number], self._images[number]
+        clip, images = self._clips[clip_index], self._images[clip_index]
         if start == 0:
             seed = np.random.SeedSequence(0, spawn_key=tuple(clip.seed))
             create = importlib.import_module("trackmark.trackers").create

@@ -107,10 +107,10 @@ class Execution:
 
     def __post_init__(self) -> None:
         self.folder = self.output / self.experiment.name
-        self._results = RunStore(self.folder)
+        self._run_store = RunStore(self.folder)
         jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._results, self.opened_sequences, self.progress, jobs
+            self.experiment, self._run_store, self.opened_sequences, self.progress, jobs
         )
         self._truths: dict[tuple[SequenceSpec, str], TruthRow] = {}
 
@@ -136,14 +136,14 @@ class Execution:
         """
         work = 0
         while True:
-            self._results.add_requests(self.plan.requested_runs())
+            self._run_store.add_requests(self.plan.requested_runs())
             if not self.tasks.n_runs:
                 return
             drew = yield from self._execute(partial(_report_sum, progress, work))
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._results))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._run_store))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
@@ -193,8 +193,8 @@ class Execution:
         for row in rows:
             if row["generators"] and row["tracker"] not in declared | reported:
                 reported.add(row["tracker"])
-                text = drawing_note(row["tracker"], row["generators"])
-                logging.getLogger("trackmark").warning(text)
+                note = drawing_note(row["tracker"], row["generators"])
+                logging.getLogger("trackmark").warning(note)
 
     def raise_errors(self) -> None:
         """Raise one error if trackers could not be created, or if sequences could not be read."""
@@ -225,15 +225,17 @@ class Execution:
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._results.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        is_stored = self._run_store.add_all(
+            zip(complete, replaced, strict=True), [self._truths[key]]
+        )
         truth = unpack_truth(self._truths[key])
         rows = [
-            run_row(run, truth) for run, stored in zip(complete, is_stored, strict=True) if stored
+            run_row(run, truth) for run, is_new in zip(complete, is_stored, strict=True) if is_new
         ]
-        others = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
-        if others:  # stored by another process
-            stored = Runs.open(self.folder).stored_rows
-            rows += [row for row in stored if run_key(row) in others]
+        kept_keys = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
+        if kept_keys:  # stored by another process
+            all_rows = Runs.open(self.folder).stored_rows
+            rows += [row for row in all_rows if run_key(row) in kept_keys]
         return rows
 
 

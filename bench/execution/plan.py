@@ -76,7 +76,7 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored: Mapping[RunKey, tuple[str, str]]  # version and status
+    stored_versions: Mapping[RunKey, tuple[str, str]]  # version and status
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
@@ -101,25 +101,25 @@ class Plan:
     def requested(self) -> dict[RunKey, str]:
         """Requested version of each run, ordered by sequence."""
         labels = [chosen.label for chosen in self.trackers.values()]
-        numbers = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
+        pairs = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
         return {
             (labels[tracker], sequence.name, repetition, self.protocol): versions[tracker]
             for sequence, versions in zip(self.sequences, self.versions, strict=True)
-            for tracker, repetition in numbers
+            for tracker, repetition in pairs
         }
 
     @cached_property
     def statuses(self) -> NDArray[np.uint8]:
         """Statuses of the runs (`RunStatus`), shape (sequences, runs on a sequence)."""
-        statuses = [self.status(cell) for cell in self.requested]
+        statuses = [self.status(key) for key in self.requested]
         return np.array(statuses, np.uint8).reshape(len(self.sequences), len(self.run_trackers))
 
-    def status(self, cell: RunKey) -> RunStatus:
+    def status(self, key: RunKey) -> RunStatus:
         """Return the status of a requested run."""
-        version, status = self.stored.get(cell, ("", ""))
+        version, status = self.stored_versions.get(key, ("", ""))
         if not version:
             return RunStatus.MISSING
-        if version != self.requested[cell]:
+        if version != self.requested[key]:
             return RunStatus.STALE
         return _STORED_STATUSES.get(status, RunStatus.FINISHED)
 
@@ -161,7 +161,7 @@ class Plan:
             self,
             trackers=trackers,
             repetitions=_repetitions(self.experiment, trackers, len(self.sequences)),
-            stored={run_key(row): (row["version"], _stored_status(row)) for row in rows},
+            stored_versions={run_key(row): (row["version"], _stored_status(row)) for row in rows},
         )
 
 
@@ -176,7 +176,7 @@ def _stored_status(row: Mapping[str, Any]) -> str:
 
 def make_plan(
     experiment: Experiment,
-    results: RunStore,
+    store: RunStore,
     opened_sequences: OpenedSequences | None = None,
     progress: Callable[[int, int], None] = lambda *_: None,
     jobs: int = 1,
@@ -208,10 +208,10 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    rows = list_runs(results)
+    rows = list_runs(store)
     counts = _repetitions(experiment, trackers, len(sequences))
     plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
-    _check_names(plan, rows, results.folder)
+    _check_names(plan, rows, store.folder)
     return plan
 
 
@@ -225,13 +225,13 @@ def _repetitions(
     repetitions = [
         1
         if spec.randomness is Randomness.NONE and not experiment.is_timing
-        else experiment.repetitions_by_tracker.get(text, experiment.repetitions)
-        for text, spec in trackers.items()
+        else experiment.repetitions_by_tracker.get(spec_text, experiment.repetitions)
+        for spec_text, spec in trackers.items()
     ]
-    number = n_sequences * sum(repetitions)
-    if number > MAX_RUNS:
+    n_runs = n_sequences * sum(repetitions)
+    if n_runs > MAX_RUNS:
         raise ExperimentError(
-            f"{number} runs are requested; an experiment has at most {MAX_RUNS}. "
+            f"{n_runs} runs are requested; an experiment has at most {MAX_RUNS}. "
             "Request fewer repetitions, or divide the sequences among several experiments."
         )
     return np.array(repetitions, np.int64)
@@ -240,11 +240,11 @@ def _repetitions(
 def _distinct_trackers(experiment: Experiment) -> dict[str, TrackerSpec]:
     """Return trackers by specification; of several specifications of a tracker, keep the first."""
     by_label: dict[str, tuple[str, TrackerSpec]] = {}
-    for text, spec in resolve_specs(experiment.trackers).items():
-        other_text, other = by_label.setdefault(spec.label, (text, spec))
+    for listed, spec in resolve_specs(experiment.trackers).items():
+        other_listed, other = by_label.setdefault(spec.label, (listed, spec))
         if (other.file, other.version) != (spec.file, spec.version):
             raise ExperimentError(
-                f"two different trackers are called {spec.label!r}: {other_text} and {text}. "
+                f"two different trackers are called {spec.label!r}: {other_listed} and {listed}. "
                 "Give one of them another name with as=NAME."
             )
     return dict(by_label.values())
@@ -260,14 +260,14 @@ def _open_all(
 
     Raises one `SequenceError` that names all sequences that cannot be used.
     """
-    results: Iterable[PlannedSequence | str] = map(_try_open, keys)
+    planned: Iterable[PlannedSequence | str] = map(_try_open, keys)
     if jobs > 1 and len(keys) >= MIN_SEQUENCES_FOR_WORKERS:
         from trackmark.bench.execution.pool import map_in_workers
 
-        results = map_in_workers(_try_open, keys, jobs)
+        planned = map_in_workers(_try_open, keys, jobs)
     errors: dict[str, str] = {}
-    for number, (key, result) in enumerate(zip(keys, results, strict=True)):
-        progress(number, len(keys))
+    for index, (key, result) in enumerate(zip(keys, planned, strict=True)):
+        progress(index, len(keys))
         if isinstance(result, str):
             errors[key[0].spec] = result
         else:
@@ -314,17 +314,17 @@ def _distinct_sequences(sequences: Iterable[PlannedSequence]) -> list[PlannedSeq
 
 def _check_names(plan: Plan, rows: list[dict[str, Any]], folder: Path) -> None:
     """Raise `ExperimentError` if stored runs used another sequence of the same name."""
-    stored = origins_by_name(rows)
+    stored_origins = origins_by_name(rows)
     for sequence in plan.sequences:
-        if sequence.name not in stored:
+        if sequence.name not in stored_origins:
             continue
         origin = sequence.source.absolute()
-        data = SequenceOrigin(sequence.fingerprint, origin.spec, str(origin.truth or ""))
-        if other := find_other_origin(data, stored[sequence.name]):
+        planned = SequenceOrigin(sequence.fingerprint, origin.spec, str(origin.truth or ""))
+        if other := find_other_origin(planned, stored_origins[sequence.name]):
             raise ExperimentError(
                 f"{folder} contains runs on another sequence that is also called "
-                f"{sequence.name!r}: {other}. Store runs on {data} in another folder, with --name "
-                "or --results-root."
+                f"{sequence.name!r}: {other}. Store runs on {planned} in another folder, with "
+                "--name or --results-root."
             )
 
 

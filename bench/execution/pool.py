@@ -155,24 +155,24 @@ class Pool:
 
         def next_call() -> "partial[list[Run]] | None":
             task = repeated.popleft() if repeated else next(remaining, None)
-            return None if task is None else partial(run_task, task, self._limits)
+            return None if task is None else partial(run_in_worker, task, self._limits)
 
         def report(current: int) -> None:
             progress(work + current)
 
-        for call, answer in self.run(next_call, report):
+        for call, result in self.run(next_call, report):
             task, _ = call.args
-            if isinstance(answer, RepeatError):
+            if isinstance(result, RepeatError):
                 if not task.is_isolated:
                     repeated.append(replace(task, is_isolated=True))
                     continue
-                answer = SequenceError(
-                    f"{task.source.spec}: {answer}. This has happened twice, the second time with "
+                result = SequenceError(
+                    f"{task.source.spec}: {result}. This has happened twice, the second time with "
                     "each tracker in a process of its own: the sequence cannot be read."
                 )
             work += task.work
             progress(work)
-            yield task, answer
+            yield task, result
 
     def run(
         self,
@@ -190,11 +190,11 @@ class Pool:
                 self._begin(call)
             if not self._busy:
                 return
-            for answer in self._answers():
+            for result in self._answers():
                 # Meanwhile, the worker that has answered has the next request.
                 if (call := next_call()) is not None:
                     self._begin(call)
-                yield answer
+                yield result
             progress(sum(worker.work for worker in self._busy))
 
     def close(self) -> None:
@@ -216,24 +216,24 @@ class Pool:
     def _answers(self) -> Iterator[tuple["partial[Any]", Any]]:
         """Wait for a message; yield the calls that have ended, with their results."""
         with suppress(Empty):
-            worker, kind, value = self._messages.get(timeout=_POLL_SECONDS)
+            worker, message, value = self._messages.get(timeout=_POLL_SECONDS)
             if worker in self._busy:
-                yield from self._answer(worker, kind, value)
+                yield from self._handle_message(worker, message, value)
         for worker in [worker for worker in self._busy if worker.is_overdue()]:
             worker.end()
             yield self._busy.pop(worker), RepeatError("the worker process did not answer in time")
 
-    def _answer(
-        self, worker: Worker, kind: str, value: Any
+    def _handle_message(
+        self, worker: Worker, message: str, value: Any
     ) -> Iterator[tuple["partial[Any]", Any]]:
         """Yield the call of a worker if this message is its result."""
-        if kind == "end":
+        if message == "end":
             yield from self._replace(worker)
             return
         worker.has_begun, self._n_failed_starts = True, 0
-        if kind == "silence":
+        if message == "silence":
             worker.on_progress(*value)
-        elif kind == "compiling":
+        elif message == "compiling":
             log_compilation()
             worker.on_progress(OPENING_SECONDS, worker.work)
         else:
@@ -242,7 +242,7 @@ class Pool:
                 worker.end()
             else:
                 self._idle.append(worker)
-            if kind == "error" and not isinstance(value, SequenceError | RepeatError):
+            if message == "error" and not isinstance(value, SequenceError | RepeatError):
                 raise value
             yield call, value
 
@@ -259,7 +259,7 @@ class Pool:
         self._begin(call)
 
 
-def run_task(task: Task, limits: Limits) -> list[Run]:
+def run_in_worker(task: Task, limits: Limits) -> list[Run]:
     """Return the runs of a task, in a worker; see `bench.execution.worker.run_task`."""
     # Imported here, because only workers need the loop over frames.
     from trackmark.bench.execution import worker
@@ -280,15 +280,15 @@ def map_in_workers(
     `RuntimeError` for all other exceptions of the function.
     """
     calls = [partial(function, item) for item in items]
-    results: dict[int, Any] = {}
+    result_by_call: dict[int, Any] = {}
     with closing(Pool(n_workers, environment=environment)) as pool:
         remaining = iter(calls)
         answers = pool.run(lambda: next(remaining, None))
         for call in calls:
-            while id(call) not in results:
+            while id(call) not in result_by_call:
                 answered, result = next(answers)
-                results[id(answered)] = result
-            result = results.pop(id(call))
+                result_by_call[id(answered)] = result
+            result = result_by_call.pop(id(call))
             if isinstance(result, RepeatError):
                 raise MachineError(f"{result}. Start the same command again.")
             if isinstance(result, SequenceError):
@@ -296,8 +296,8 @@ def map_in_workers(
             yield result
 
 
-def _signal_name(number: int) -> str:
+def _signal_name(signal_number: int) -> str:
     try:
-        return signal.Signals(number).name
+        return signal.Signals(signal_number).name
     except ValueError:  # real-time signals have no name
-        return f"signal {number}"
+        return f"signal {signal_number}"

@@ -53,9 +53,9 @@ class Tasks:
             if self.plan.experiment.time_dependent:
                 runs = runs[np.argsort(self.plan.run_repetitions[runs], kind="stable")]
             n_parts = int(self._n_parts[sequence])
-            for part in range(n_parts):
+            for offset in range(n_parts):
                 # Neighbouring runs are of the same tracker, and are equally likely to be slow.
-                yield self._task(sequence, runs[part::n_parts].tolist())
+                yield self._task(sequence, runs[offset::n_parts].tolist())
 
     @cached_property
     def _work_by_sequence(self) -> NDArray[np.int64]:
@@ -80,15 +80,15 @@ class Tasks:
 
     def _task(self, sequence: int, runs: list[int]) -> Task:
         plan, planned = self.plan, self.plan.sequences[sequence]
-        texts = list(plan.trackers)
+        specs = list(plan.trackers)
         planned_runs = []
         for run in runs:
-            text = texts[plan.run_trackers[run]]
+            spec = specs[plan.run_trackers[run]]
             repetition = int(plan.run_repetitions[run])
-            identity = run_identity(plan.trackers[text], planned, repetition, plan.protocol)
+            identity = run_identity(plan.trackers[spec], planned, repetition, plan.protocol)
             key = identity.tracker, planned.name, repetition, plan.protocol
-            version, _ = plan.stored.get(key, ("", ""))
-            planned_runs.append(PlannedRun(text, identity, version))
+            version, _ = plan.stored_versions.get(key, ("", ""))
+            planned_runs.append(PlannedRun(spec, identity, version))
         arrays = plan.experiment.keeps_arrays
         return Task(planned.source, tuple(planned_runs), planned.n_frames, keep_arrays=arrays)
 

@@ -64,10 +64,10 @@ class _Channel:
         self._pipe = pipe
         self.n_compiled = 0  # kernels
 
-    def send(self, kind: str, value: object = None) -> None:
+    def send(self, message: str, value: object = None) -> None:
         """Send a message; end this process if the parent has ended."""
         try:
-            pickle.dump((kind, value), self._pipe)
+            pickle.dump((message, value), self._pipe)
             self._pipe.flush()
         except OSError:
             os._exit(1)
@@ -153,9 +153,9 @@ class _ProgressMessages(Observer):
         self._last_message = 0.0
         self.on_frames_done(0)
 
-    def on_tracker_call(self, entry: int, frame: int) -> None:
+    def on_tracker_call(self, run_index: int, frame: int) -> None:
         """See `Observer`."""
-        self._spec, self._began = self._specs[entry], monotonic()
+        self._spec, self._began = self._specs[run_index], monotonic()
         self._n_compiled = self._channel.n_compiled
 
     def on_tracker_return(self) -> None:
@@ -215,12 +215,12 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     try:
         parsed = parse_trackers(run.tracker for run in task.runs)
     except (TrackerError, OSError) as error:
-        text = str(error)
+        message = str(error)
         if isinstance(error, ExternalTrackerError):
-            text = text.partition("\n")[0]  # its output can differ in each worker
+            message = message.partition("\n")[0]  # its output can differ in each worker
         raise UnusableTrackerError(
-            f"{text.removesuffix('.')}. This happens in a worker process, which imports the file "
-            "again."
+            f"{message.removesuffix('.')}. This happens in a worker process, which imports the "
+            "file again."
         ) from None
     specs = [parsed[run.tracker] for run in task.runs]
     for run, spec in zip(task.runs, specs, strict=True):

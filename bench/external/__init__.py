@@ -12,9 +12,9 @@ FRAME_SECONDS = 60.0
 """Default time limit of a call of a tracker with the interpreter of trackmark [s]."""
 
 
-def split_table(text: str) -> tuple[str, str] | None:
+def split_table(spec: str) -> tuple[str, str] | None:
     """Return `file.toml:name` (or `.ini`) and the rest of a specification; None for others."""
-    match = TABLE.fullmatch(text)
+    match = TABLE.fullmatch(spec)
     return (f"{match['file']}:{match['name']}", match["rest"]) if match else None
 
 

@@ -42,11 +42,11 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
     plugin: type[ExternalPlugin]
     options = dict(options)
     requested_name, folder = options.pop("as", ""), Path()
-    place = TABLE.fullmatch(name)
-    if place is not None:
-        source = Path(place["file"]).expanduser()
-        table = _read_table(source, place["name"])
-        requested_name, folder = requested_name or place["name"], source.parent
+    match = TABLE.fullmatch(name)
+    if match is not None:
+        source = Path(match["file"]).expanduser()
+        table = _read_table(source, match["name"])
+        requested_name, folder = requested_name or match["name"], source.parent
     elif name == "trax":
         if not options.get("command"):
             raise TrackerError("trax: the command is missing. Give trax:command=COMMAND:as=NAME.")
@@ -69,9 +69,9 @@ def open_external(name: str, options: Mapping[str, str]) -> Specification:
     keys = _TRAX_OPTIONS if "trax" in table else ("python", *_LIMITS)
     table |= {key: options.pop(key) for key in keys if key in options}
     if "trax" in table:
-        plugin, file = trax.open_plugin(TraxOptions.checked(name, table), name, folder)
+        plugin, file = trax.open_trax_plugin(TraxOptions.checked(name, table), name, folder)
     else:
-        plugin, file = python.open_plugin(PythonOptions.checked(name, table), name, folder)
+        plugin, file = python.open_python_plugin(PythonOptions.checked(name, table), name, folder)
     label = tracker_name(plugin, file, requested_name)
     parameters = {**plugin.external_options.parameters, **options}
     return resolve_plugin(plugin, file, label, parameters, ("as", *keys))
@@ -92,13 +92,13 @@ def _read_table(file: Path, name: str) -> dict[str, Any]:
     """Return a table of a TOML file, or a section of `trackers.ini` as such a table."""
     is_vot, parser, tables = file.suffix == ".ini", configparser.ConfigParser(), dict[str, Any]()
     try:
-        text = file.read_text("utf-8-sig")
+        content = file.read_text("utf-8-sig")
         if is_vot:
-            parser.read_string(text, str(file))
+            parser.read_string(content, str(file))
             # A value with an invalid `%` is an error of its own section only.
             tables = {key: dict(parser[key]) if key == name else {} for key in parser.sections()}
         else:
-            tables = tomllib.loads(text)
+            tables = tomllib.loads(content)
     except OSError as error:
         raise TrackerError(f"{file}: {error.strerror}.") from None
     except (ValueError, configparser.Error) as error:
@@ -126,8 +126,8 @@ def _convert_vot_table(section: Mapping[str, str], owner: str, folder: Path) -> 
     environment = {name.upper(): os.path.expandvars(value) for name, value in variables}
     if protocol == "traxpython":
         # As vot-toolkit: the name of a module, or statements.
-        kind = "-m" if _MODULE.fullmatch(command) else "-c"
-        command = shlex.join([section.get("python", sys.executable), kind, command])
+        option = "-m" if _MODULE.fullmatch(command) else "-c"
+        command = shlex.join([section.get("python", sys.executable), option, command])
         environment["PYTHONPATH"] = _paths(section.get("paths", ""), folder)
         environment["PYTHONUNBUFFERED"] = "1"
     if "linkpaths" in section:
@@ -147,7 +147,7 @@ def _with_prefix(section: Mapping[str, str], prefix: str) -> dict[str, str]:
     return {key.removeprefix(prefix): section[key] for key in section if key.startswith(prefix)}
 
 
-def _paths(text: str, folder: Path) -> str:
+def _paths(joined: str, folder: Path) -> str:
     """Return absolute paths; relative ones refer to the folder."""
-    paths = (folder.absolute() / Path(path).expanduser() for path in text.split(os.pathsep))
+    paths = (folder.absolute() / Path(path).expanduser() for path in joined.split(os.pathsep))
     return os.pathsep.join(map(str, paths))

@@ -71,11 +71,11 @@ def open_isolated(name: str, options: Mapping[str, Any]) -> tuple[IsolatedFactor
 
     Raises `TrackerError` for an invalid tracker, or if the import fails.
     """
-    place, digest = in_file(name), ""
-    if place is not None:
-        if not place[0].is_file():
-            raise TrackerError(f"{place[0]}: this tracker file does not exist.")
-        digest = digest_file(place[0])
+    file_and_class, digest = in_file(name), ""
+    if file_and_class is not None:
+        if not file_and_class[0].is_file():
+            raise TrackerError(f"{file_and_class[0]}: this tracker file does not exist.")
+        digest = digest_file(file_and_class[0])
     factory = IsolatedFactory(name, options, digest)
     return factory, _ask(factory, "describe", name=name, options=options)
 
@@ -98,7 +98,7 @@ def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str
 
     process = take_process(start, *factory.process_key)
     try:
-        answer = process.ask(START_SECONDS, operation, **arguments)
+        reply = process.ask(START_SECONDS, operation, **arguments)
     except TrackerError as error:
         if not started:  # a run in this process can have exhausted its files or memory
             return _ask(factory, operation, **arguments)
@@ -107,7 +107,7 @@ def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str
         reason = str(error).partition("\n")[0].removeprefix(f"{factory.name}: ")
         raise TrackerError(f"{factory.name}: the import failed: {reason}") from None
     keep_process(process, *factory.process_key)
-    return answer
+    return reply
 
 
 class IsolatedTracker(RemoteTracker):
@@ -138,15 +138,15 @@ class IsolatedTracker(RemoteTracker):
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        answer = self._show("update", image, keeps_arrays=self.keeps_arrays)
-        fields = answer["estimate"]
-        arrays = self._arrays(answer)
+        reply = self._show("update", image, keeps_arrays=self.keeps_arrays)
+        fields = reply["estimate"]
+        arrays = self._arrays(reply)
         fields["mask"] = arrays.pop("mask", None)
         fields["box"] = None if fields["box"] is None else np.array(fields["box"])
         return Estimate(
             **fields,
             arrays={name.removeprefix("arrays."): array for name, array in arrays.items()},
-            revised=dict(answer["revised"]) if "revised" in answer else None,
+            revised=dict(reply["revised"]) if "revised" in reply else None,
         )
 
     @property
@@ -184,21 +184,21 @@ class IsolatedTracker(RemoteTracker):
 
     def _ask(self, operation: str, seconds: float = 0.0, **arguments: Any) -> dict[str, Any]:
         seconds = seconds or self._factory.frame_seconds
-        answer = self._process.ask(seconds, operation, **arguments)
-        self.drawn = answer.get("drawn", self.drawn)
-        if "invalid" in answer:
-            raise MalformedEstimateError(answer["invalid"])
-        if "raised" in answer:
-            text = with_output(
-                answer["raised"] + "\n" + answer["trace"], self._process.end_output()
+        reply = self._process.ask(seconds, operation, **arguments)
+        self.drawn = reply.get("drawn", self.drawn)
+        if "invalid" in reply:
+            raise MalformedEstimateError(reply["invalid"])
+        if "raised" in reply:
+            message = with_output(
+                reply["raised"] + "\n" + reply["trace"], self._process.end_output()
             )
-            if answer["fault"]:
-                raise MachineError(answer["fault"])
-            raise ExternalTrackerError(text)
-        if "time" in answer:
-            self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
-        return answer
+            if reply["fault"]:
+                raise MachineError(reply["fault"])
+            raise ExternalTrackerError(message)
+        if "time" in reply:
+            self.call_time, self._device = CallTime(*reply["time"]), reply["device"]
+        return reply
 
-    def _arrays(self, answer: Mapping[str, Any]) -> dict[str, Any]:
-        types: Mapping[str, Sequence[Any]] = answer["arrays"]
+    def _arrays(self, reply: Mapping[str, Any]) -> dict[str, Any]:
+        types: Mapping[str, Sequence[Any]] = reply["arrays"]
         return dict(zip(types, self._process.read_arrays(types.values()), strict=True))

@@ -56,17 +56,17 @@ class IsolatedTrackers(Operations):
         except MalformedEstimateError as error:
             return {"invalid": str(error), "drawn": self._generators.drawn}
         except BaseException as error:  # noqa: BLE001  # code of a tracker can raise anything
-            text = exception_text(error)
+            reason = exception_text(error)
             if is_call:
                 return {
-                    "raised": text,
+                    "raised": reason,
                     "trace": "".join(traceback.format_exception(error)),
                     "fault": str(machine_fault(error) or ""),
                     "drawn": self._generators.drawn,
                 }
             if not isinstance(error, TrackerError):
-                text = f"{arguments['name']}: its description raises {text}"
-            return {"unusable": text}
+                reason = f"{arguments['name']}: its description raises {reason}"
+            return {"unusable": reason}
 
     def catalogue(self, name: str) -> dict[str, Any]:
         """Return the description of a tracker."""
@@ -118,18 +118,18 @@ class IsolatedTrackers(Operations):
         shape = image.shape
         if isinstance(tracker := self._tracker, PlainTracker):
             plain = tracker.plain
-            estimate, answer = self._call(plain, plain.update, tracker.convert(image))
+            estimate, reply = self._call(plain, plain.update, tracker.convert(image))
         else:
-            estimate, answer = self._call(tracker, tracker.update, image)
+            estimate, reply = self._call(tracker, tracker.update, image)
         fields = read_answer(tracker, estimate, shape)
         arrays = {} if fields["mask"] is None else {"mask": fields.pop("mask")}
         if isinstance(estimate, Estimate):
             if estimate.revised:
-                answer["revised"] = list(estimate.revised.items())
+                reply["revised"] = list(estimate.revised.items())
             if keeps_arrays:
                 named = estimate.arrays.items()
                 arrays |= {f"arrays.{key}": np.array(value) for key, value in named}
-        return answer | {"estimate": fields | {"mask": None}} | self._write(arrays)
+        return reply | {"estimate": fields | {"mask": None}} | self._write(arrays)
 
     def maps(self, pixels: Any) -> dict[str, Any]:
         """Return the weight maps of the frame that was just passed to `update`."""

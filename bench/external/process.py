@@ -126,7 +126,7 @@ class LineProcess:
         ]
         self._end = weakref.finalize(self, _end, tree, [stdin, *files])
 
-    def send(self, data: bytes, seconds: float) -> None:
+    def send(self, message: bytes, seconds: float) -> None:
         """Write bytes to the process; if it ends meanwhile, `read_line` reports it.
 
         Raises `ExternalTrackerError` if the process has failed before, or does not read all bytes
@@ -135,11 +135,11 @@ class LineProcess:
         if not self._end.alive:
             raise ExternalTrackerError(f"{self.command}: the process has ended.")
         late, timer = threading.Event(), None
-        if len(data) > _PIPE_BYTES:
+        if len(message) > _PIPE_BYTES:
             timer = threading.Timer(seconds, _give_up, [self.process, late])
             timer.daemon = True
             timer.start()
-        unsent = memoryview(data)
+        unsent = memoryview(message)
         with suppress(OSError):  # the process has ended
             while unsent:
                 unsent = unsent[self._stdin.write(unsent) :]
@@ -183,15 +183,15 @@ class LineProcess:
         output = self.end_output()
         if self._output.is_too_long:
             problem = f"wrote more than {_MAX_LINE >> 20} MiB without a line end"
-        text = f"{self.command}: the process {problem.removesuffix('.')}."
+        message = f"{self.command}: the process {problem.removesuffix('.')}."
         last = _last_line(output, is_exception=self.process.returncode == 1)
         # Lists of failures show the first line. A stack starts with the innermost call.
         source = self.source.encode("ascii", "backslashreplace").decode()  # as in `faulthandler`
         if stack := re.search(rf'File "{re.escape(source)}", line \d+ in .*', output):
-            text += f" Its last call: {stack[0]}."
+            message += f" Its last call: {stack[0]}."
         elif last not in problem:
-            text += f" Its last line: {last[:200]}"
-        return ExternalTrackerError(with_output(text, output))
+            message += f" Its last line: {last[:200]}"
+        return ExternalTrackerError(with_output(message, output))
 
     def printed(self) -> str:
         """Return the end of the output since the last call of `forget_output`."""
@@ -251,9 +251,9 @@ class _Output:
         self._bytes = bytearray()
         self.is_too_long = False  # a line of stdout
 
-    def add(self, data: bytes | bytearray) -> None:
+    def add(self, output: bytes | bytearray) -> None:
         """Add output, and drop what is older than the end that is kept."""
-        self._bytes.extend(data)
+        self._bytes.extend(output)
         del self._bytes[:-_MAX_TAIL]
 
     def clear(self) -> None:
@@ -299,9 +299,9 @@ def _read_output(stderr: IO[bytes], output: _Output) -> None:
             output.add(chunk)
 
 
-def with_output(text: str, output: str) -> str:
+def with_output(message: str, output: str) -> str:
     """Return the text of a failure with the end of the output, if there is any."""
-    return f"{text}\nThe end of its output:\n{output}" if output else text
+    return f"{message}\nThe end of its output:\n{output}" if output else message
 
 
 def exception_text(error: BaseException) -> str:

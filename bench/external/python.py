@@ -42,7 +42,7 @@ class PlainProcess(WorkerProcess):
 
 
 class PythonPlugin(ExternalPlugin):
-    """Plugin of a class in another interpreter; see `open_plugin`."""
+    """Plugin of a class in another interpreter; see `open_python_plugin`."""
 
     external_options: ClassVar[PythonOptions]
     process: PlainProcess
@@ -51,7 +51,7 @@ class PythonPlugin(ExternalPlugin):
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process = _take(self.external_options, self.digest)
-        answer = self.process.ask(
+        reply = self.process.ask(
             self.external_options.start_limit,
             "create",
             parameters=parameters.model_dump(),
@@ -59,7 +59,7 @@ class PythonPlugin(ExternalPlugin):
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
-        self.drawn = answer["drawn"]
+        self.drawn = reply["drawn"]
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
@@ -92,36 +92,36 @@ class PythonPlugin(ExternalPlugin):
     ) -> dict[str, Any]:
         """Return the answer of a method of the tracker to an image and a mask."""
         types = self.process.write_arrays(arrays)
-        answer = self.process.ask(seconds, method, pixels=types, **arguments)
-        if "invalid" in answer:
-            raise self.process.fail(f"returned an invalid estimate: {answer['invalid']}")
-        self.call_time, self._device = CallTime(*answer["time"]), answer["device"]
-        self.drawn = answer["drawn"]
-        return answer
+        reply = self.process.ask(seconds, method, pixels=types, **arguments)
+        if "invalid" in reply:
+            raise self.process.fail(f"returned an invalid estimate: {reply['invalid']}")
+        self.call_time, self._device = CallTime(*reply["time"]), reply["device"]
+        self.drawn = reply["drawn"]
+        return reply
 
 
 def _take(options: PythonOptions, digest: str) -> PlainProcess:
     return take_process(lambda: PlainProcess(options), options, digest)
 
 
-def open_plugin(
+def open_python_plugin(
     options: PythonOptions, owner: str, folder: Path
 ) -> tuple[type[PythonPlugin], Path]:
     """Return a plugin that runs a class in another interpreter, and the file of the class.
 
     Relative paths of the options refer to `folder`; `owner` is the tracker in messages.
     """
-    place = in_file(options.file)
-    if place is None:
+    file_and_class = in_file(options.file)
+    if file_and_class is None:
         raise TrackerError(
             f"{owner}: file is {options.file!r}. Expected: a Python file (.py), or instead of "
             "file the key trax with a command."
         )
-    file = (folder / place[0]).resolve()
+    file = (folder / file_and_class[0]).resolve()
     if not file.is_file():
         raise TrackerError(f"{file}: this tracker file does not exist.")
     interpreter = find_interpreter(options.python or sys.executable, folder)
-    paths = {"file": f"{file}:{place[1]}", "python": interpreter}
+    paths = {"file": f"{file}:{file_and_class[1]}", "python": interpreter}
     options, digest = options.model_copy(update=paths), digest_file(file)
     process = _take(options, digest)
     keep_process(process, options, digest)

@@ -62,8 +62,8 @@ def parse_message(line: bytes) -> Message:
     >>> parse_message(b'@@TRAX:state "1,2,3,4" "confidence=0.5"')
     Message(name='state', values=['1,2,3,4'], properties={'confidence': '0.5'})
     """
-    text = line.partition(MARK)[2].decode(errors="replace").strip()
-    name, _, rest = text.partition(" ")
+    body = line.partition(MARK)[2].decode(errors="replace").strip()
+    name, _, rest = body.partition(" ")
     message = Message(name, [], {})
     for quoted, bare in _ARGUMENT.findall(rest):
         unescaped = re.sub(r"\\(.)", lambda match: match[1].replace("n", "\n"), quoted)
@@ -87,12 +87,12 @@ def format_message(name: str, /, *values: str, **properties: object) -> bytes:
     return MARK + " ".join([name, *(f'"{text}"' for text in escaped)]).encode() + b"\n"
 
 
-def split_list(text: str) -> list[str]:
+def split_formats(joined: str) -> list[str]:
     """Return the items of a list such as `path;memory;`."""
-    return [item for item in re.split("[;,]", text) if item]
+    return [item for item in re.split("[;,]", joined) if item]
 
 
-def parse_region(text: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask | None]:
+def parse_region(region: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask | None]:
     """Return the box and the mask of a region.
 
     A polygon gives its bounding box; only a mask gives a mask, cropped to the image. The box is
@@ -103,27 +103,27 @@ def parse_region(text: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask | 
     Raises `ValueError` for a malformed region, for decimal commas, which a program writes under
     the locale of some countries, and for numbers that are not finite.
     """
-    if text.startswith("mask:"):
-        return _parse_mask(text.removeprefix("mask:"), shape)
-    if form_problem(text):
-        raise ValueError(text)
-    numbers = np.array([float(number) for number in split_list(text)])
-    if len(numbers) in (0, 2) or not np.isfinite(numbers).all():
-        raise ValueError(text)
-    if len(numbers) == 4:
-        return numbers, None
-    if len(numbers) == 1:
+    if region.startswith("mask:"):
+        return _parse_mask(region.removeprefix("mask:"), shape)
+    if form_problem(region):
+        raise ValueError(region)
+    values = np.array([float(value) for value in split_formats(region)])
+    if len(values) in (0, 2) or not np.isfinite(values).all():
+        raise ValueError(region)
+    if len(values) == 4:
+        return values, None
+    if len(values) == 1:
         return None, None
-    points = numbers.reshape(-1, 2)
+    points = values.reshape(-1, 2)
     return np.concatenate([points.min(axis=0), np.ptp(points, axis=0)]), None
 
 
-def _parse_mask(text: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask]:
+def _parse_mask(mask_text: str, shape: tuple[int, ...]) -> tuple[Box | None, Mask]:
     """Return box and mask of `x,y,width,height` and lengths of runs of 0 and 1 in turn, by row."""
-    x, y, width, height, *runs = (int(number) for number in split_list(text))
+    x, y, width, height, *runs = (int(number) for number in split_formats(mask_text))
     size = width * height
     if min(width, height, *runs, 0) < 0 or not sum(runs) <= size <= _MAX_MASK_PIXELS:
-        raise ValueError(text)
+        raise ValueError(mask_text)
     pixels = np.flatnonzero(np.repeat(np.arange(len(runs)) % 2, runs))
     rows, columns = np.unravel_index(pixels, (height, width))
     rows, columns = rows + y, columns + x
@@ -140,7 +140,7 @@ def format_region(formats: Collection[str], box: Box, mask: Mask | None = None) 
     A mask is used if the tracker reads masks and `mask` is not None; otherwise, the box becomes a
     rectangle, a polygon or, if the tracker reads nothing else, a mask. Numbers are exact.
     """
-    numbers = x, y, width, height = [float(number) for number in box]
+    values = x, y, width, height = [float(value) for value in box]
     if "mask" in formats and (mask is not None or not {"rectangle", "polygon"} & set(formats)):
         left, top = (round(x), round(y)) if mask is None else (0, 0)
         if mask is None:
@@ -149,8 +149,8 @@ def format_region(formats: Collection[str], box: Box, mask: Mask | None = None) 
         runs = np.diff(edges, prepend=0, append=mask.size)
         return "mask:" + ",".join(map(str, [left, top, *mask.shape[::-1], *runs]))
     if "polygon" in formats and "rectangle" not in formats:
-        numbers = [x, y, x + width, y, x + width, y + height, x, y + height]
-    return ",".join(map(repr, numbers))
+        values = [x, y, x + width, y, x + width, y + height, x, y + height]
+    return ",".join(map(repr, values))
 
 
 class TraxOptions(ExternalOptions):
@@ -194,7 +194,7 @@ class TraxProcess(LineProcess):
             raise self.fail(f"reads the image channels {channels}. Expected: color")
 
     def _formats(self, key: str, default: str) -> list[str]:
-        return split_list(self.hello.get(key, "")) or [default]
+        return split_formats(self.hello.get(key, "")) or [default]
 
     def fail(self, problem: str) -> ExternalTrackerError:
         """See `LineProcess.fail`."""
@@ -209,8 +209,8 @@ class TraxProcess(LineProcess):
             reason = message.properties.get("trax.reason") or "no reason given"
             raise self.fail(f"ended the session: {reason}")
         if message.name != name and not (name == "state" and _is_answer(line)):
-            text = line.decode(errors="replace")[:80]
-            raise self.fail(f"sent {text!r}. Expected: the message {name!r}")
+            received = line.decode(errors="replace")[:80]
+            raise self.fail(f"sent {received!r}. Expected: the message {name!r}")
         return message
 
     def show(self, image: Image) -> str:
@@ -220,8 +220,8 @@ class TraxProcess(LineProcess):
                 raise OSError(f"{self.file}: the image cannot be written. Is the disk full?")
             return f"file://{self.file}"
         if "memory" in self._images:
-            data = base64.b64encode(image[:, :, ::-1].tobytes()).decode()  # RGB
-            return f"image:{image.shape[1]};{image.shape[0]};rgb;{data}"
+            encoded = base64.b64encode(image[:, :, ::-1].tobytes()).decode()  # RGB
+            return f"image:{image.shape[1]};{image.shape[0]};rgb;{encoded}"
         _, png = cv2.imencode(".png", image, [cv2.IMWRITE_PNG_COMPRESSION, 1])
         return f"data:image/png;{base64.b64encode(png.tobytes()).decode()}"
 
@@ -242,7 +242,7 @@ class TraxProcess(LineProcess):
 
 
 class TraxPlugin(ExternalPlugin):
-    """Plugin of a tracker that speaks TraX; see `open_plugin`.
+    """Plugin of a tracker that speaks TraX; see `open_trax_plugin`.
 
     The parameters are properties of the message `initialize`; most trackers ignore them.
     """
@@ -274,21 +274,22 @@ class TraxPlugin(ExternalPlugin):
         last box and is not visible.
         """
         request = format_message("frame", self.process.show(image))
-        box, mask, text = self._ask(request, image, self.external_options.frame_limit)
-        confidence = self._parse_confidence(text) if self.external_options.confidence else nan
+        box, mask, confidence_text = self._ask(request, image, self.external_options.frame_limit)
+        has_confidence = self.external_options.confidence
+        confidence = self._parse_confidence(confidence_text) if has_confidence else nan
         fields = {"box": box, "visible": box is not None, "confidence": confidence, "mask": mask}
         try:
             return self.estimate(read_estimate(fields, image.shape))
         except MalformedEstimateError as error:
             raise self.process.fail(f"returned an invalid estimate: {error}") from None
 
-    def _parse_confidence(self, text: str) -> float:
+    def _parse_confidence(self, printed: str) -> float:
         with suppress(ValueError):
-            confidence = float(text)
+            confidence = float(printed)
             if 0.0 <= confidence <= 1.0 or isnan(confidence):
                 return confidence
         raise self.process.fail(
-            f"answered with the confidence {text}. Expected: a number from 0 to 1. Add "
+            f"answered with the confidence {printed}. Expected: a number from 0 to 1. Add "
             "confidence=false to the specification to ignore confidences"
         )
 
@@ -343,7 +344,9 @@ def _take(options: TraxOptions, digest: str) -> TraxProcess:
     return take_process(lambda: TraxProcess(options), options, digest)
 
 
-def open_plugin(options: TraxOptions, owner: str, folder: Path) -> tuple[type[TraxPlugin], Path]:
+def open_trax_plugin(
+    options: TraxOptions, owner: str, folder: Path
+) -> tuple[type[TraxPlugin], Path]:
     """Return a plugin that runs a command, and the first file that the command names.
 
     Relative paths of the options refer to `folder`; `owner` is the tracker in messages. The

@@ -36,7 +36,7 @@ class ClientError(TrackerError):
     """Mistake of a client: an invalid request, region or image."""
 
 
-def serve(
+def serve_client(
     make: Callable[[], Tracker], name: str, requests: Iterable[bytes], answers: BinaryIO
 ) -> None:
     """Answer the requests of a client until it sends `quit`, or until its messages end.
@@ -50,8 +50,8 @@ def serve(
     properties = {f"trax.{key}": value for key, value in hello.items()}
     _write(answers, format_message("hello", **properties))
     try:
-        for answer in _states(make, requests):
-            _write(answers, answer)
+        for reply in _states(make, requests):
+            _write(answers, reply)
     except Exception as error:
         is_known = type(error) in (ClientError, ExternalTrackerError, TrackerError)
         reason = str(error) if is_known else f"{type(error).__name__}: {error}"
@@ -80,8 +80,8 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
             region = request.values[-1]  # the image comes with the next `frame`
             continue
         if request.name != "frame" or not request.values:
-            text = line.decode(errors="replace").strip()[:80]
-            raise ClientError(f"the client sent {text!r}. Expected: initialize or frame.")
+            received = line.decode(errors="replace").strip()[:80]
+            raise ClientError(f"the client sent {received!r}. Expected: initialize or frame.")
         image = _read_image(request.values[0])
         confidence = nan
         if region:
@@ -108,15 +108,15 @@ def _parse_init(region: str, shape: tuple[int, ...]) -> tuple[list[float], Mask 
     """Return box and mask of the region with which a client initialises the tracker."""
     try:
         box, mask = parse_region(region, shape)
-        numbers = None if box is None else read_box(box, no_target=True)
+        init_box = None if box is None else read_box(box, no_target=True)
     except ValueError:
         raise ClientError(
             f"the client initialises with {region[:80]!r}. Expected: finite numbers of a "
             "rectangle, a polygon or a mask, with width and height above 0."
         ) from None
-    if numbers is None:
+    if init_box is None:
         raise ClientError(f"the client initialises with {region[:80]!r}: no target.")
-    return numbers, mask
+    return init_box, mask
 
 
 def _read_image(address: str) -> Image:

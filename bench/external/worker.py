@@ -89,22 +89,22 @@ def serve(operations: Any) -> None:
     if hasattr(signal, "SIGUSR1"):  # sent if the harness waits too long
         faulthandler.register(signal.SIGUSR1, all_threads=False)
     lines = queue.Queue()  # type: Any
-    threading.Thread(target=read_requests, args=(requests, lines), daemon=True).start()
+    threading.Thread(target=queue_requests, args=(requests, lines), daemon=True).start()
     for line in iter(lines.get, ""):
-        number, operation, arguments = json.loads(line)
+        request_number, operation, arguments = json.loads(line)
         try:
-            answer = operations.perform(operation, **arguments)
+            reply = operations.perform(operation, **arguments)
         except BaseException as error:
             copies.end()
             if isinstance(error, SystemExit):
                 raise
-            answer = {"error": describe_error(error)}
+            reply = {"error": describe_error(error)}
         copies.end()
         if copies.have_returned():
-            answer = {"problem": FORKED}
-        answers.write(MARK + json.dumps([number, answer], default=convert) + "\n")
+            reply = {"problem": FORKED}
+        answers.write(MARK + json.dumps([request_number, reply], default=convert) + "\n")
         answers.flush()
-        if "problem" in answer or "error" in answer:
+        if "problem" in reply or "error" in reply:
             sys.stderr.flush()
             os._exit(1)
 
@@ -120,7 +120,7 @@ def convert(value: Any) -> Any:
     return value.tolist() if isinstance(value, (np.generic, np.ndarray)) else repr(value)
 
 
-def read_requests(requests: Any, lines: Any) -> None:
+def queue_requests(requests: Any, lines: Any) -> None:
     """Pass on requests; end this process and its children when the harness has ended."""
     for line in requests:
         lines.put(line)
@@ -221,10 +221,10 @@ class Operations:
             self._clock.start()
             result = method(*arguments)
             self._clocks.synchronise(tracker)
-            answer = {"time": self._clock.stop()}
+            reply = {"time": self._clock.stop()}
         self.copies.end()  # before it writes to the file of frames
         device = self._clocks.device_name(tracker)
-        return result, dict(answer, device=device, drawn=self._generators.drawn)
+        return result, dict(reply, device=device, drawn=self._generators.drawn)
 
 
 class PlainTrackers(Operations):
@@ -279,14 +279,14 @@ class PlainTrackers(Operations):
         """Return the estimate of the tracker."""
         (image,) = self._read(pixels)
         shape = image.shape
-        estimate, answer = self._call(self._tracker, self._tracker.update, image)
+        estimate, reply = self._call(self._tracker, self._tracker.update, image)
         try:
             fields = self._estimates.read_estimate(estimate, shape)
         except self._estimates.MalformedEstimateError as error:
             return {"invalid": str(error)}
         if fields["mask"] is not None:
             (fields["mask"],) = write_arrays(self._frames, [fields["mask"]])
-        return dict(answer, estimate=fields)
+        return dict(reply, estimate=fields)
 
 
 def libraries() -> Iterator[Any]:

@@ -75,16 +75,16 @@ class WorkerProcess(LineProcess):
         self._n_requests += 1
         request = json.dumps([self._n_requests, operation, arguments], default=int)  # of NumPy
         self.send(request.encode() + b"\n", seconds)
-        answer = self._parse(self.read_line(seconds))
-        if "problem" in answer:
-            raise self.fail(answer["problem"])
-        if "error" in answer:
-            raise self.fail(f"raised {answer['error']}")
-        if "unusable" in answer:
+        reply = self._parse(self.read_line(seconds))
+        if "problem" in reply:
+            raise self.fail(reply["problem"])
+        if "error" in reply:
+            raise self.fail(f"raised {reply['error']}")
+        if "unusable" in reply:
             self.close()
-            raise TrackerError(answer["unusable"])
-        self.is_usable = not {"invalid", "raised"} & answer.keys()
-        return answer
+            raise TrackerError(reply["unusable"])
+        self.is_usable = not {"invalid", "raised"} & reply.keys()
+        return reply
 
     def write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
         """Write arrays to the file of frames; return their shapes and types."""
@@ -109,14 +109,14 @@ class WorkerProcess(LineProcess):
     def _parse(self, line: bytes) -> dict[str, Any]:
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:
-            number, answer = json.loads(line[len(MARK) :])
-            is_expected = isinstance(answer, dict) and number == self._n_requests
+            request_number, reply = json.loads(line[len(MARK) :])
+            is_expected = isinstance(reply, dict) and request_number == self._n_requests
         except (ValueError, TypeError):
             is_expected = False
         if not is_expected:
-            text = line.decode(errors="replace")[:80]
+            received = line.decode(errors="replace")[:80]
             raise self.fail(
-                f"sent {text!r}, which is not the answer to request {self._n_requests}. Write to "
-                "stdout or stderr only, not to other descriptors of the process"
+                f"sent {received!r}, which is not the answer to request {self._n_requests}. Write "
+                "to stdout or stderr only, not to other descriptors of the process"
             )
-        return dict(answer)
+        return dict(reply)

@@ -71,11 +71,11 @@ def time_fields(times: Times) -> dict[str, Any]:
     usual = ~times.is_first if not times.is_first.all() else times.is_first
     seconds = times.seconds[usual]
     mean = float(seconds.mean())
-    median, most = (float(value) for value in np.quantile(seconds, (0.5, 0.95)))
+    median, percentile_95 = (float(value) for value in np.quantile(seconds, (0.5, 0.95)))
     fields = {
         "ms_per_frame": 1e3 * mean,
         "ms_per_frame_median": 1e3 * median,
-        "ms_per_frame_p95": 1e3 * most,
+        "ms_per_frame_p95": 1e3 * percentile_95,
         "fps": 1 / mean if mean > 0 else np.inf,
         "ms_first_update": 1e3 * float(times.seconds[times.is_first].mean()),
         "ms_init": 1e3 * float(times.init.mean()),
@@ -86,7 +86,7 @@ def time_fields(times: Times) -> dict[str, Any]:
     note = _note(mean, fields["cpu_ms_per_frame"] / 1e3, children)
     # Less than 5 % of the frames raise the mean above 1.5 times the median.
     is_usual_mean = mean <= max(1.5 * median, median + MIN_DIFFERENCE)
-    if not note and not is_usual_mean and seconds[seconds <= most].mean() <= 1.25 * median:
+    if not note and not is_usual_mean and seconds[seconds <= percentile_95].mean() <= 1.25 * median:
         note = "a few frames take most of the time"
     return {**fields, "time_note": note} if note else fields
 

@@ -52,17 +52,17 @@ def player_content(
     """Read runs and those drawn next to them; render the frames around their worst frames."""
     runs = list(dict.fromkeys(filter(None, linked_runs)))
     stored_runs = {
-        run_key(stored.row): stored
+        run_key(stored_run.row): stored_run
         for run in runs
         for tracker in (run.tracker, *run.beside)
-        for stored in context.runs.stored_runs(tracker, run.sequence)
+        for stored_run in context.runs.stored_runs(tracker, run.sequence)
     }
     reading = collect_runs(
         # The specification of a synthetic scene is its source.
         (
-            stored._replace(row={**row, "source": row["source"] or row["sequence"]})
-            for stored in stored_runs.values()
-            for row in [stored.row]
+            stored_run._replace(row={**row, "source": row["source"] or row["sequence"]})
+            for stored_run in stored_runs.values()
+            for row in [stored_run.row]
         ),
         [],
     )

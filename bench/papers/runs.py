@@ -43,8 +43,11 @@ class PaperRuns:
         """Rows by repetition with the runs of their experiment, by tracker and sequence."""
         rows: dict[tuple[str, str], tuple[Runs, dict[int, Mapping[str, Any]]]] = {}
         for experiment, keys in self._requested.items():
-            runs, wanted = Runs.open(self._results_root / experiment).select(keys), set(keys)
-            requested = [row for row in runs.rows if run_key(row) in wanted]
+            runs, requested_keys = (
+                Runs.open(self._results_root / experiment).select(keys),
+                set(keys),
+            )
+            requested = [row for row in runs.rows if run_key(row) in requested_keys]
             unusable = [row for row in requested if row["status"] not in ("finished", "failed")]
             if unusable:
                 first = unusable[0]

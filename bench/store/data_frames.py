@@ -44,9 +44,9 @@ def with_one_version(rows: Iterable[dict[str, Any]]) -> list[dict[str, Any]]:
     of both versions must not be averaged or compared.
     """
     rows = list(rows)
-    stored = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
-    trackers = {row["tracker"]: row["tracker_version"] for row in stored}  # the last one remains
-    sequences = {row["sequence"]: row["fingerprint"] for row in stored}
+    by_date = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
+    trackers = {row["tracker"]: row["tracker_version"] for row in by_date}  # the last one remains
+    sequences = {row["sequence"]: row["fingerprint"] for row in by_date}
     return [
         row
         if row["status"] == "missing"
@@ -65,14 +65,14 @@ def with_missing(
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
     version is requested.
     """
-    stored = {run_key(row): row for row in rows}
+    row_of_key = {run_key(row): row for row in rows}
     ordered = []
     for key, version in requested.items():
-        if row := stored.get(key):
+        if row := row_of_key.get(key):
             ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-    ordered += [row for key, row in stored.items() if key not in requested]
+    ordered += [row for key, row in row_of_key.items() if key not in requested]
     for key in requested:
-        if key not in stored:
+        if key not in row_of_key:
             fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
             ordered.append({**fields, "status": "missing", "failure": ""})
     return ordered

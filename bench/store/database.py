@@ -146,21 +146,22 @@ class Database:
 
 
 @contextmanager
-def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
+def open_database(folder: Path, *, for_writing: bool = False) -> Iterator[Database]:
     """Open the file of an experiment for one transaction.
 
     `folder` is the experiment's folder. If it has no results, writing creates them, and reading
-    returns empty tables. `write` locks the file for other writers. An exception undoes all changes.
+    returns empty tables. `for_writing` locks the file for other writers. An exception undoes all
+    changes.
 
     Raises `ResultsError`, which names the file, if it is damaged, has another version, or cannot be
     read or written.
     """
     path = folder / FILE_NAME
     try:
-        with closing(_open(path, write=write)) as connection:
+        with closing(_open(path, for_writing=for_writing)) as connection:
             # IMMEDIATE waits for other writers before the first read. Otherwise, two transactions
             # that have both read could wait for each other, and SQLite would abort one of them.
-            connection.execute("BEGIN IMMEDIATE" if write else "BEGIN")
+            connection.execute("BEGIN IMMEDIATE" if for_writing else "BEGIN")
             database = Database(path, connection)
             _validate(database)
             yield database
@@ -169,9 +170,9 @@ def open_database(folder: Path, *, write: bool = False) -> Iterator[Database]:
         raise _to_results_error(path, error) from error
 
 
-def _open(path: Path, *, write: bool) -> sqlite3.Connection:
+def _open(path: Path, *, for_writing: bool) -> sqlite3.Connection:
     """Open the file; reading a missing or new file opens an empty database in memory."""
-    if write:
+    if for_writing:
         try:
             path.parent.mkdir(parents=True, exist_ok=True)
         except OSError as error:
@@ -181,13 +182,13 @@ def _open(path: Path, *, write: bool) -> sqlite3.Connection:
             ) from error
     # `rw` also opens write-protected files for reading. `immutable=1` must not be used: it ignores
     # the journal of an interrupted transaction and returns half of its changes.
-    uri = f"file:{quote(str(path.absolute()))}?mode={'rwc' if write else 'rw'}"
-    if not write and not (path.exists() and path.stat().st_size):
+    uri = f"file:{quote(str(path.absolute()))}?mode={'rwc' if for_writing else 'rw'}"
+    if not for_writing and not (path.exists() and path.stat().st_size):
         uri = ":memory:"
     connection = sqlite3.connect(uri, uri=True, timeout=_BUSY_SECONDS, isolation_level=None)
     connection.row_factory = sqlite3.Row
     # A text that is not UTF-8 costs only its row, which then differs from its digest.
-    connection.text_factory = lambda text: text.decode("utf-8", "backslashreplace")
+    connection.text_factory = lambda encoded: encoded.decode("utf-8", "backslashreplace")
     connection.execute("PRAGMA foreign_keys = ON")
     # EXTRA also syncs the folder after the journal is deleted. Otherwise, the journal could
     # reappear after a power cut and undo a completed transaction. The journal mode is DELETE,

@@ -51,14 +51,17 @@ def origins_by_name(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[Sequence
 
 
 def find_other_origin(
-    data: SequenceOrigin, candidates: Iterable[SequenceOrigin]
+    origin: SequenceOrigin, candidates: Iterable[SequenceOrigin]
 ) -> SequenceOrigin | None:
-    """Return a candidate whose content and path differ from those of `data`; None if none does.
+    """Return a candidate whose content and path differ from those of `origin`; None if none does.
 
     A sequence that changed in the same folder does not count: its runs are stale.
     """
     for candidate in candidates:
-        if candidate.fingerprint != data.fingerprint and candidate.real_paths != data.real_paths:
+        if (
+            candidate.fingerprint != origin.fingerprint
+            and candidate.real_paths != origin.real_paths
+        ):
             return candidate
     return None
 
@@ -94,25 +97,25 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
-    store, stored = RunStore(target), StoredRuns.read(target, keeps_runs=False)
-    present, requests = stored.rows, stored.requests
+    store, stored_runs = RunStore(target), StoredRuns.read(target, keeps_runs=False)
+    present, requests = stored_runs.rows, stored_runs.requests
     target_runs = {run_key(row): (row["version"], row["status"], target) for row in present}
-    data_by_name = origins_by_name(present)
+    origins_of_name = origins_by_name(present)
     tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
     missing: dict[RunKey, tuple[StoredRuns, tuple[str, str]]] = {}
     conflicts: list[str] = []
     for folder in [path for source in sources for path in experiment_folders(source)]:
-        stored = StoredRuns.read(folder)
-        requests = stored.requests.merged_with(requests)
-        for name, data in origins_by_name(stored.rows).items():
-            others = data_by_name.setdefault(name, set())
+        stored_runs = StoredRuns.read(folder)
+        requests = stored_runs.requests.merged_with(requests)
+        for name, origins in origins_by_name(stored_runs.rows).items():
+            earlier = origins_of_name.setdefault(name, set())
             conflicts += [
                 f"{name} is {recorded} in {folder}, and {different} in another folder"
-                for recorded in sorted(data)
-                if (different := find_other_origin(recorded, others))
+                for recorded in sorted(origins)
+                if (different := find_other_origin(recorded, earlier))
             ]
-            others |= data
-        for row in stored.rows:
+            earlier |= origins
+        for row in stored_runs.rows:
             key, origin = run_key(row), (row["tracker_version"], folder)
             version, other = tracker_versions.setdefault(row["tracker"], origin)
             if key not in target_runs and other != folder and version != row["tracker_version"]:
@@ -128,16 +131,16 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
                 if status == "finished" or row["status"] == "failed":
                     continue
             target_runs[key] = (row["version"], row["status"], folder)
-            missing[key] = stored, (row["sequence"], row["fingerprint"])
+            missing[key] = stored_runs, (row["sequence"], row["fingerprint"])
     if conflicts:
         return 0, conflicts
     store.add_requests(requests)
     keys = list(missing)
     for begin in range(0, len(keys), _BATCH):
         batch = {key: missing[key] for key in keys[begin : begin + _BATCH]}
-        truths = {truth: stored.truth(*truth) for stored, truth in batch.values()}
+        truths = {truth: stored_runs.truth(*truth) for stored_runs, truth in batch.values()}
         store.add_all(
-            [(stored.run(key), "") for key, (stored, _) in batch.items()],
+            [(stored_runs.run(key), "") for key, (stored_runs, _) in batch.items()],
             [pack_truth(fingerprint, truth) for (_, fingerprint), truth in truths.items()],
         )
     StoredRuns.read(target).scored_rows(lambda *_: None)

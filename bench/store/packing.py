@@ -19,14 +19,14 @@ def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
     compresses better, because neighbouring values differ in few bytes.
     """
     header: list[tuple[str, str, tuple[int, ...]]] = []
-    parts = []
+    chunks = []
     for name, values in arrays.items():
         header.append((name, values.dtype.str, values.shape))
         flat = np.ascontiguousarray(values).reshape(-1)
-        parts.append(flat.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes())
+        chunks.append(flat.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes())
     encoded_header = json.dumps(header).encode()
     return zlib.compress(
-        len(encoded_header).to_bytes(_HEADER, "little") + encoded_header + b"".join(parts), _LEVEL
+        len(encoded_header).to_bytes(_HEADER, "little") + encoded_header + b"".join(chunks), _LEVEL
     )
 
 
@@ -35,13 +35,13 @@ def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, ND
     return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{group}/")}
 
 
-def unpack(data: bytes) -> dict[str, NDArray[Any]]:
+def unpack(packed: bytes) -> dict[str, NDArray[Any]]:
     """Return the arrays, read-only, from the bytes that `pack` returned."""
-    raw = zlib.decompress(data)
+    raw = zlib.decompress(packed)
     offset = _HEADER + int.from_bytes(raw[:_HEADER], "little")
     arrays = {}
-    for name, text, shape in json.loads(raw[_HEADER:offset]):
-        dtype = np.dtype(text)
+    for name, type_name, shape in json.loads(raw[_HEADER:offset]):
+        dtype = np.dtype(type_name)
         size = int(np.prod(shape)) * dtype.itemsize
         flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
         arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)

@@ -82,21 +82,21 @@ class StoredRuns:
     @classmethod
     def read(cls, folder: Path, *, keeps_runs: bool = True) -> "StoredRuns":
         """Read a results folder, or only its rows; raise `ResultsError` if the file is damaged."""
-        stored, room = cls(folder), MAX_KEPT if keeps_runs else 0
+        stored_runs, room = cls(folder), MAX_KEPT if keeps_runs else 0
         shared: dict[str, dict[str, Any]] = {}
         with open_database(folder) as database:
-            stored.requests = read_requests(database)
+            stored_runs.requests = read_requests(database)
             named = {
                 tuple(row) for row in database.select("SELECT sequence, fingerprint FROM truth")
             }
             rows = database.rows("truth", on_damage=warn_of_damage)
-            stored.truths = {(row["sequence"], row["fingerprint"]): row for row in rows}
+            stored_runs.truths = {(row["sequence"], row["fingerprint"]): row for row in rows}
             # Damaged scores are computed again.
             scored = database.rows("score", "scorer = ?", _scorer_version(), on_damage=_ignore)
             scores = {row["run"]: row["scores"] for row in scored}
             for row in database.rows("run", on_damage=warn_of_damage):
                 truth = row["sequence"], row["fingerprint"]
-                if truth not in stored.truths:
+                if truth not in stored_runs.truths:
                     if truth not in named:
                         warn_of_damage(MissingTruthError(database.path, *truth))
                     continue
@@ -105,14 +105,14 @@ class StoredRuns:
                     shared[version] = _identity_fields(identity_of(row))
                 ended = row["status"], row["failure"], row["repetition"], row["frames"]
                 fields = _fields(json.loads(row["metadata"]), *ended)
-                stored.rows.append(shared[version] | fields)
+                stored_runs.rows.append(shared[version] | fields)
                 if row["id"] in scores:
-                    stored.scores[key] = json.loads(scores[row["id"]])
+                    stored_runs.scores[key] = json.loads(scores[row["id"]])
                 room -= len(row["arrays"])
                 if room >= 0:
-                    stored.runs[key] = row
-        stored.rows.sort(key=lambda row: sort_key(run_key(row)))
-        return stored
+                    stored_runs.runs[key] = row
+        stored_runs.rows.sort(key=lambda row: sort_key(run_key(row)))
+        return stored_runs
 
     def run(self, key: RunKey) -> Run:
         """Return a run by its whole key.
@@ -188,7 +188,7 @@ def store_scores(folder: Path, rows: Iterable[Mapping[str, Any]]) -> None:
     """
     key = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
     query = f"SELECT id FROM run WHERE {key} AND version = ? AND status = ?"
-    with open_database(folder, write=True) as database:
+    with open_database(folder, for_writing=True) as database:
         for row in rows:
             values = (*run_key(row), row["version"], row["status"])
             for (run_id,) in database.select(query, *values):
@@ -207,7 +207,7 @@ def _ignore(error: DamagedError) -> None:
 
 
 def _fields(
-    metadata: Mapping[str, Any], status: str, failure: str, repetition: int, frames: int
+    metadata: Mapping[str, Any], status: str, failure: str, repetition: int, n_frames: int
 ) -> dict[str, Any]:
     return {
         "status": status,
@@ -215,7 +215,7 @@ def _fields(
         "generators": ", ".join(metadata.get("generators", ())),
         **{name: metadata.get(name, "") for name in _METADATA_TEXTS},
         "repetition": repetition,
-        "frames": frames,
+        "frames": n_frames,
         **{name: metadata.get(name) for name in NUMBER_FIELDS[2:]},
     }
 

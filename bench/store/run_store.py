@@ -103,7 +103,7 @@ class RunStore:
         """
         for key in requests.versions:
             "".join(map(str, key)).encode()
-        with open_database(self.folder, write=True) as database:
+        with open_database(self.folder, for_writing=True) as database:
             present = read_requests(database)
             merged = present.merged_with(requests)
             if len(merged.versions) > MAX_RUNS:
@@ -143,7 +143,7 @@ class RunStore:
         In a transaction of its own, the ground truth could be removed before the runs are stored.
         """
         encoded = [(_encoded_run(run), replaced_version) for run, replaced_version in runs]
-        with open_database(self.folder, write=True) as database:
+        with open_database(self.folder, for_writing=True) as database:
             for truth in truths:
                 put_truth(database, truth)
             return [_add(database, run, replaced_version) for run, replaced_version in encoded]
@@ -154,7 +154,7 @@ class RunStore:
         Ground truths that no other run uses are removed as well. Raises `ResultsError` if the file
         cannot be written.
         """
-        with open_database(self.folder, write=True) as database:
+        with open_database(self.folder, for_writing=True) as database:
             for key in keys:
                 database.delete("run", _KEY, *key)
             requests, removed = read_requests(database), set(keys)
@@ -197,8 +197,8 @@ def _encoded_run(run: Run) -> dict[str, Any]:
         "version": run.identity.version,
         "fingerprint": run.identity.fingerprint,
         "status": run.status,
-        "failure": _text(run.failure),
-        "tracker_output": _text(run.tracker_output),
+        "failure": _escaped(run.failure),
+        "tracker_output": _escaped(run.tracker_output),
         "frames": len(run.boxes),
         "seconds": _seconds(run.metadata.get("seconds")),
         "reading_seconds": _seconds(run.metadata.get("reading_seconds")),
@@ -208,9 +208,9 @@ def _encoded_run(run: Run) -> dict[str, Any]:
     }
 
 
-def _text(text: str) -> str:
+def _escaped(printed: str) -> str:
     """Escape surrogates, which UTF-8 cannot encode; trackers can print them."""
-    return text.encode("utf-8", "backslashreplace").decode("utf-8")
+    return printed.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _seconds(value: Any) -> float | None:

@@ -88,9 +88,11 @@ class Runs(Mapping[RunName, Run]):
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
         refuse_empty_file(folder)
-        stored = StoredRuns.read(folder)
-        title = stored.requests.title or folder.absolute().name
-        return cls(stored.scored_rows(progress), stored.requests.versions, stored, title)
+        stored_runs = StoredRuns.read(folder)
+        title = stored_runs.requests.title or folder.absolute().name
+        return cls(
+            stored_runs.scored_rows(progress), stored_runs.requests.versions, stored_runs, title
+        )
 
     @classmethod
     def in_memory(
@@ -106,13 +108,13 @@ class Runs(Mapping[RunName, Run]):
         ]
         return cls(rows, versions, source, title)
 
-    def __add__(self, others: "Runs") -> Self:
+    def __add__(self, later: "Runs") -> Self:
         """Return these runs and others, which take precedence."""
         source = StoredRuns(self.folder)
-        source.runs = self._source.runs | others._source.runs
-        source.truths = self._source.truths | others._source.truths
-        rows = {run_key(row): row for row in (*self.stored_rows, *others.stored_rows)}
-        requested = {**self.requested, **others.requested}
+        source.runs = self._source.runs | later._source.runs
+        source.truths = self._source.truths | later._source.truths
+        rows = {run_key(row): row for row in (*self.stored_rows, *later.stored_rows)}
+        requested = {**self.requested, **later.requested}
         return type(self)(rows.values(), requested, source, self.title)
 
     def select(self, keys: Collection[RunKey]) -> Self:
@@ -121,10 +123,10 @@ class Runs(Mapping[RunName, Run]):
         Whether a run is stale is decided among these runs only: other runs in the folder can be of
         a later version that is not requested any more.
         """
-        wanted, pairs = set(keys), {key[:2] for key in keys if key[3] != TIMING}
+        selected, pairs = set(keys), {key[:2] for key in keys if key[3] != TIMING}
 
         def is_wanted(key: RunKey) -> bool:
-            return key in wanted or (key[3] == TIMING and key[:2] in pairs)
+            return key in selected or (key[3] == TIMING and key[:2] in pairs)
 
         rows = [row for row in self.stored_rows if is_wanted(run_key(row))]
         requested = {key: text for key, text in self.requested.items() if is_wanted(key)}
@@ -305,12 +307,12 @@ class Runs(Mapping[RunName, Run]):
             )
         tracker, sequence, repetition = (*name, 0)[:3]
         sequence = complete_name(sequence, {sequence for _, sequence, _ in self._names})
-        wanted = tracker, sequence, repetition
-        if wanted not in self._names:
+        run_name = tracker, sequence, repetition
+        if run_name not in self._names:
             names = [str(other) for other in self._names]
-            close = get_close_matches(str(wanted), names, n=3, cutoff=0) or ["none"]
-            raise KeyError(f"no run {wanted}. The nearest ones are {', '.join(close)}.")
-        return self.run(self._names[wanted])
+            close = get_close_matches(str(run_name), names, n=3, cutoff=0) or ["none"]
+            raise KeyError(f"no run {run_name}. The nearest ones are {', '.join(close)}.")
+        return self.run(self._names[run_name])
 
     def __iter__(self) -> Iterator[RunName]:
         return iter(self._names)

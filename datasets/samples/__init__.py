@@ -65,7 +65,14 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
     frames = VideoFrames(clip)
     return recorded(
-        name, frames, [clip], truth_file.read(truth), truth, fps=frames.fps, digests=_digests
+        name,
+        frames,
+        [clip],
+        truth_file.read(truth),
+        truth,
+        fps=frames.fps,
+        image_size=SIZE,
+        digests=_digests,
     )
 
 

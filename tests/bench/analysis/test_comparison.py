@@ -95,7 +95,7 @@ def test_compare_corrects_for_all_pairs_or_those_of_one(make_runs):
             expected = decide(pair.differences, 0.01, m)
             assert pair.decision.label == expected.label
     rows = as_data(against)["pairs"]
-    assert [row["p"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
+    assert [row["p_value"] for row in rows] == [p_value(pair.by_unit, 3) for pair in against.pairs]
 
 
 @pytest.mark.parametrize("against", [None, "b"])
@@ -135,7 +135,7 @@ def test_equivalent_needs_89_sequences_and_reason_is_printed(make_runs):
     assert advice not in screen_lines(many)
     assert f"inconclusive: {reason}" in paragraph(few)
     assert "an interval inside ±0.01 and 89 sequences" in paragraph(few)
-    assert as_data(few)["pairs"][0]["needed_from"] == 89
+    assert as_data(few)["pairs"][0]["units_needed_from"] == 89
     exact = paragraph(compare(make_runs(ladder("ab")), replace(OVERLAP, margin=0.0)))
     assert "equivalence needs a margin above 0" in exact
 
@@ -325,7 +325,7 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     comparison = compare(make_runs(scores, names=names), OVERLAP)
     table = files(comparison)[-1]
     dim, full = table.data.to_dict("records")
-    assert (table.name, dim["knob"], dim["value"]) == ("comparison-parts", "light", "dim")
+    assert (table.name, dim["parameter"], dim["value"]) == ("comparison-subsets", "light", "dim")
     assert (full["value"], full["sequences"], len(comparison.units)) == ("full", 4, 4)
     assert full["difference"] == pytest.approx(comparison.pairs[0].differences[4:].mean())
 
@@ -343,8 +343,8 @@ def test_parts_include_attributes_of_some_sequences(make_runs):
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     having = {name: {"whole", *({"blur"} if n >= 4 else ())} for n, name in enumerate(names)}
     comparison = compare(make_runs(scores, names=names), OVERLAP, attributes=having)
-    (part,) = as_data(comparison)["parts"]  # all sequences have `whole`
-    assert (part["knob"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
+    (part,) = as_data(comparison)["subsets"]  # all sequences have `whole`
+    assert (part["parameter"], part["value"], part["sequences"]) == ("attribute", "blur", 4)
     assert part["difference"] == pytest.approx(0.2, abs=0.02)
 
 
@@ -387,8 +387,8 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     comparison = compare(make_runs(ladder()), OVERLAP)
     data = json.loads(json.dumps(as_data(comparison), allow_nan=False))
     standings, pairs = files(comparison)[:2]
-    assert 0 < pairs.data["p"].max() < 0.05
-    assert pairs.data["p"].tolist() == [row["p"] for row in data["pairs"]]
+    assert 0 < pairs.data["p_value"].max() < 0.05
+    assert pairs.data["p_value"].tolist() == [row["p_value"] for row in data["pairs"]]
     assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
     assert pairs.data["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
     assert "c" in to_csv(standings)

@@ -35,7 +35,7 @@ def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
     assert "camshift" in (workspace / "paper" / "paragraph.txt").read_text()
     data = json.loads(trackmark("compare", "--results", results, "--json").stdout)
     assert [row["tracker"] for row in data["trackers"]] == ["static", "camshift", "knob.py:Knob"]
-    assert (data["unit"], data["comparisons"], data["parts"]) == ("scene", 3, [])
+    assert (data["unit"], data["comparisons"], data["subsets"]) == ("scene", 3, [])
     for options in (("camshift", "--against", "static"), ("static", "camshift")):
         two = trackmark("compare", "--results", results, *options, "--json").stdout
         (pair,) = json.loads(two)["pairs"]

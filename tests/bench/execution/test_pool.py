@@ -73,13 +73,13 @@ def experiment(data, *names, sequences="AB", name="trial", **options):
 
 @pytest.fixture
 def run_with(data, monkeypatch):
-    """Run a task of two trackers; workers call another function instead of `run_task`."""
+    """Run a task of two trackers; workers call another function instead of `run_in_worker`."""
     monkeypatch.setenv("PYTHONPATH", str(Path.cwd()))
     requested = experiment(data, "static", "camshift", sequences="A")
     (task,) = missing_tasks(make_plan(requested, RunStore(data / "none")))
 
     def run(function):
-        monkeypatch.setattr(pool, "run_task", function)
+        monkeypatch.setattr(pool, "run_in_worker", function)
         with closing(Pool(1, Limits())) as workers:
             ((same_task, result),) = workers.run_tasks([task])
         assert same_task == replace(task, is_isolated=same_task.is_isolated)
@@ -122,8 +122,8 @@ def test_one_worker_or_two_give_the_results_of_evaluate(
     "options",
     [
         pytest.param({"protocol": "tre:starts=3:min_frames=2"}, marks=pytest.mark.slow, id="tre"),
-        pytest.param({"timing": True}, id="timing"),
-        pytest.param({"arrays": True}, marks=pytest.mark.slow, id="arrays"),
+        pytest.param({"is_timing": True}, id="timing"),
+        pytest.param({"keeps_arrays": True}, marks=pytest.mark.slow, id="arrays"),
     ],
 )
 def test_run_of_a_worker_equals_that_of_this_process(data, without_processes, options):

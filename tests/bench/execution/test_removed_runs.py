@@ -51,7 +51,7 @@ def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, cap
     otb(workspace / "data" / "Other", 5)
     sequences = [str(workspace / "data" / name) for name in ("Small", "Other")]
     folder = run_trial(workspace, ["static"], sequences)
-    with open_database(folder, write=True) as database:
+    with open_database(folder, for_writing=True) as database:
         database.delete("truth", "sequence = ?", "Other")
     runs = Runs.open(folder).table.set_index("sequence")
     assert runs["status"].to_dict() == {"Small": "finished", "Other": "missing"}
@@ -61,7 +61,7 @@ def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, cap
 
 def test_run_removed_before_its_scoring_is_named(run_trial, workspace, monkeypatch, caplog):
     folder = run_trial(workspace, ["static", "camshift"], [str(workspace / "data" / "Small")])
-    with open_database(folder, write=True) as database:
+    with open_database(folder, for_writing=True) as database:
         database.delete("score")
     plain = RunStore.read
 

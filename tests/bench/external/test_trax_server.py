@@ -18,7 +18,7 @@ from trackmark import datasets, trackers
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.trax import format_message, parse_message
-from trackmark.bench.external.trax_server import serve
+from trackmark.bench.external.trax_server import serve_client
 from trackmark.bench.external.worker_process import WORKER
 from trackmark.trackers import TrackerError
 
@@ -135,7 +135,7 @@ def converse(*requests, error=None):
     """Return the messages of the server after `hello`; `error` is the expected error."""
     answers = io.BytesIO()
     with pytest.raises(TrackerError, match=error) if error else nullcontext():
-        serve(lambda: trackers.create("static"), "x", [b"a log line\n", *requests], answers)
+        serve_client(lambda: trackers.create("static"), "x", [b"a log line\n", *requests], answers)
     return [parse_message(line) for line in answers.getvalue().splitlines()[1:]]
 
 
@@ -187,7 +187,7 @@ def test_vanished_client_ends_the_session():
         os.fdopen(writing, "wb", buffering=0) as answers,
         pytest.raises(TrackerError, match="the client cannot be answered: Broken pipe"),
     ):
-        serve(lambda: trackers.create("static"), "x", [], answers)
+        serve_client(lambda: trackers.create("static"), "x", [], answers)
 
 
 PINS = ["vot-toolkit==0.7.1", "attributee==0.1.9", "phx-class-registry<5", "matplotlib<3.9"]

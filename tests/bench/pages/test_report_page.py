@@ -135,7 +135,7 @@ def check_cards(page, tables, overlaps, comparison):
         pair = pairs[(column, row) if turned else (row, column)]
         assert value == f"{pair['difference'] * (-1 if turned else 1):+.2f}"
         assert answer == (
-            opposite.get(pair["answer"], pair["answer"]) if turned else pair["answer"]
+            opposite.get(pair["decision"], pair["decision"]) if turned else pair["decision"]
         )
 
 
