@@ -25,9 +25,9 @@ def save_video(
 ) -> None:
     """Save an MP4 file with one frame in memory at a time.
 
-    `images`: frame numbers with BGR images, all of one size. `boxes`: boxes (n, 4) by label, one
-    row per frame. `lines_of`: function of the frame number that returns outlines by label; see
-    `overlay`.
+    `images` are frame numbers with BGR images, all of one size. `boxes` contains boxes of the shape
+    (n, 4) by label, a row per frame. `lines_of` returns the outlines of a frame by label, which are
+    drawn as in `overlay`.
     """
     shades = colours([label for label in boxes if label != TRUTH])
     with av.open(str(file), "w", format="mp4") as container:

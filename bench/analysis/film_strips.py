@@ -36,8 +36,8 @@ def write_strips(
     """Draw a film strip of each sequence with the boxes of trackers; return the files.
 
     If there are more than `MAX_STRIPS` sequences, the first ones in alphabetical order are drawn.
-    `trackers`: all trackers in the order of their colours. `on_message`: called with a message on
-    each sequence that cannot be drawn.
+    Trackers are coloured in the order of `trackers`. `on_message` gets a message on each sequence
+    that cannot be drawn.
     """
     rows: dict[str, list[Mapping[str, Any]]] = {}
     for row in runs.evaluated_rows():

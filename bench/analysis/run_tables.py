@@ -163,7 +163,8 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
 def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[Table]:
     """Make the summary, if there are several sequences, and the table of every sequence.
 
-    `scored`: runs with scores, failed runs with the worst ones. `timed`: timing runs.
+    Failed runs among `scored` have the worst scores. Times come from the timing runs `timed` if
+    there are enough of them; see `with_times`.
     """
     several = len(scored["sequence"].unique()) > 1
     result = [summary_of(scored, timed, title)] if several else []

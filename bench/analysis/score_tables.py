@@ -278,8 +278,8 @@ def failure_notes(
 ) -> dict[str, str]:
     """Return a note by tracker with failed runs: their number, and the reason of the first one.
 
-    `worst`: score of a failed run; empty if failed runs have none. `every`: treatment of a tracker
-    whose runs all failed.
+    The note states that failed runs count as `worst`, unless this is empty, because they have no
+    score. For a tracker whose runs all failed, it states `every`.
     """
     notes = dict[str, str]()
     for tracker, rows in runs.groupby("tracker", sort=False):

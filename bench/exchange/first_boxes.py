@@ -72,8 +72,9 @@ def check_first_boxes(
 ) -> str:
     """Return a message on first boxes that do not fit the ground truth; empty if all fit.
 
-    `boxes`: by row. `rows`: all boxes of the file, shape (n, 4). `size`: width and height of the
-    images, if known. Raises `ExchangeError` if the rows are in another unit; see `find_other_unit`.
+    `boxes` contains the first boxes by their row in `rows`, which are all boxes of the file, shape
+    (n, 4). `size` is the width and height of the images, if known. Raises `ExchangeError` if the
+    rows are in another unit; see `find_other_unit`.
     """
     first = next(iter(boxes.values()))
     expected = np.full(rows.shape, np.nan)

@@ -148,7 +148,8 @@ def first_line(file: Path) -> str:
 def parse_numbers(line: str, location: str, counts: Collection[int] = ()) -> list[float]:
     """Parse numbers between commas, or between tabs and spaces; raise `ExchangeError` otherwise.
 
-    `location`: file and line, for the message. `counts`: valid numbers of numbers, by default all.
+    A line can have any of `counts` numbers, by default any number of them. The message starts with
+    `location`, the file and the line.
     """
     line = line.strip()
     try:

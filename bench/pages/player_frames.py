@@ -32,8 +32,8 @@ def encode_images(
 ) -> Iterator[list[bytes]]:
     """Encode BGR images as WebP in parallel; yield chunks of frames in order.
 
-    `height`: maximum height [px]. `quality`: quality of WebP, 0 to 100. None as an image becomes an
-    empty frame.
+    Higher images are reduced to `height` [px]. `quality` is that of WebP, from 0 to 100. None as an
+    image becomes an empty frame.
     """
     chunk: list[bytes] = []
     size = 0

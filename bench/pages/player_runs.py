@@ -125,8 +125,8 @@ class PageRuns:
     ) -> PlayerPosition | None:
         """Return the worst frame of a tracker's worst run on one sequence or on all.
 
-        `tracker`: one of `labels`. `criterion`: `overlap`, `centre_error` or `loss`. `trajectory`:
-        `online` replaces `revised` for runs without revised boxes.
+        The tracker is one of `labels`, and the criterion `overlap`, `centre_error` or `loss`. For
+        runs without revised boxes, the trajectory `online` replaces `revised`.
         """
         names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
         return self.worst_position_on(tracker, names, criterion, trajectory)

@@ -28,9 +28,9 @@ from trackmark.reports.plots import chart_plot
 class FigureFiles:
     """Requested figures.
 
-    `suffix`: format, such as `.png`; film strips are PNG. `on_message`: called with a message on
-    each sequence and metrics that cannot be drawn. `with_curves`, `by_attribute`, `annotated`:
-    further scores that are also drawn.
+    Plots have the format of `suffix`, such as `.png`; film strips are always PNG. `on_message` gets
+    a message on each sequence and on metrics that cannot be drawn. `with_curves`, `by_attribute`
+    and `annotated` select further scores that are also drawn.
     """
 
     suffix: str

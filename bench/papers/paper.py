@@ -61,8 +61,8 @@ class MainRow(TomlTable):
 class MainTable(TomlTable):
     """Main table of a paper.
 
-    `headings`: headings of the label columns. `columns`: headings of the values if a page shows one
-    column per value.
+    The label columns have `headings`. If a page shows a column per value, `columns` gives the
+    headings of the values; otherwise a cell joins them.
     """
 
     caption: NonEmptyText

@@ -53,8 +53,9 @@ def series_plot(
 ) -> Figure:
     """Draw one number by frame in panels below each other.
 
-    `panels`: values (scenes, frames) by panel and label. `quantity`: quantity of the ordinate with
-    its unit. `labels`: all lines in the order of their colours. `first`: number of the first frame.
+    `panels` contains values of the shape (scenes, frames) by panel and label. `quantity` names the
+    ordinate with its unit. Lines are coloured in the order of `labels`, so that a tracker has the
+    same colour in each panel. Frames are numbered from `first`, as in the paper.
     """
     figure, all_axes = new_figure(title, 0.8 + 1.9 * len(panels), len(panels))
     for axes, (panel, lines) in zip(all_axes, panels.items(), strict=True):

@@ -27,8 +27,9 @@ from trackmark.bench.store.runs import Runs, RunWithTruth
 class PaperRuns:
     """Stored runs of a paper.
 
-    `results_root`: folder of all experiments. `requested`: run keys by experiment. Raises
-    `ResultsError` if a run is missing or stale.
+    Its experiments are folders in `results_root`, and `requested` gives the run keys of each.
+    Reading raises `ResultsError` if one of these runs is missing or stale, because the report
+    would then mix versions.
     """
 
     def __init__(

@@ -34,8 +34,8 @@ def scene_values(
 ) -> NDArray[np.float64]:
     """Return a measure of each scene; scenes and trackers are specifications.
 
-    `function`: function in a paper's `scenes.py`. `folder`: folder of cached values, which are
-    valid until the scenes or the function's source change. `jobs`: number of worker processes.
+    The `function` in a paper's `scenes.py` is called in `jobs` worker processes. Its values are
+    cached in `folder` and remain valid until the scenes or the source of the function change.
     """
     source = source_digest(Path(inspect.getfile(function)), PACKAGE)
     identities = [

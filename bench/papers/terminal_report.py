@@ -21,8 +21,9 @@ def report_lines(
 ) -> list[str]:
     """Return the output of `trackmark reproduce` for a terminal.
 
-    `folder`: folder of the report. `verbose`: with the verdicts on all claims. `quiet`: only the
-    counts of verdicts, or the title if there are no verdicts.
+    The last line names the page in `folder`. With `verbose`, the output contains the verdicts on
+    all claims. With `quiet`, it has only the counts of verdicts, or the title if there are no
+    verdicts.
     """
     lines = [*textwrap.wrap(report.paper.title, width()), *setting_counts(report.verdicts)]
     if quiet:

@@ -72,8 +72,8 @@ def open_excerpts(
 ) -> list[Excerpt]:
     """Render evenly spaced excerpts of a scene, each with the ground-truth box of its first image.
 
-    `stretches`: number of excerpts. `n_frames`: number of images of an excerpt after the first one.
-    `region`: ground-truth region of the boxes.
+    There are `stretches` excerpts of `n_frames` images each, in addition to their first image. The
+    boxes are those of the ground-truth region `region`.
     """
     sequence = datasets.load(scene)
     boxes = select_ground_truth(sequence, region, scene).boxes

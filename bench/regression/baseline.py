@@ -150,8 +150,8 @@ def stored_scores(
 ) -> BaselineScores:
     """Return the scores of the stored runs of an experiment.
 
-    `runs`: number of repetitions by tracker and sequence. `sources`: specifications of the
-    sequences, by name.
+    `runs` gives the number of repetitions by tracker and sequence, and `sources` the specification
+    of each sequence by name.
 
     Raises `BaselineError` for a finished run without a score.
     """
@@ -386,8 +386,8 @@ def _check_sources(path: Path, validated: _File) -> None:
 def check_equal_scores(path: Path, before: BaselineScores, now: BaselineScores) -> None:
     """Raise `BaselineError` if runs with equal boxes have another overlap than in the baseline.
 
-    `now`: scores of the same trackers and sequences. The sequences have not changed. `path`: file
-    of the baseline, for the message.
+    `now` contains the scores of the same trackers on the same, unchanged sequences, so that equal
+    boxes must give equal overlaps. The message names `path`, the file of the baseline.
     """
     for tracker, row in before.items():
         for name, old in row.items():

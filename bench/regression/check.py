@@ -202,8 +202,8 @@ def _in_order(changes: Sequence[ScoreChange]) -> list[ScoreChange]:
 def summary_line(result: Check, where: str, slower: int = 0, *, strict: bool = False) -> str:
     """Return the line PASS or FAIL with the numbers of changed and unchanged scores.
 
-    `where`: file of the baseline. `slower`: number of slower trackers. `strict`: inconclusive
-    scores fail.
+    The line ends with `where`, the file of the baseline. The check also fails if `slower` trackers
+    take more time, and with `strict` if scores are inconclusive.
     """
     labels = Counter(row.change.label.replace("identical", "unchanged") for row in result.sequences)
     n = len(result.sequences)

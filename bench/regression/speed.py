@@ -53,8 +53,8 @@ def check_speeds(
 ) -> dict[str, SpeedChange]:
     """Time trackers of a baseline against a git revision of their files; slower ones come first.
 
-    `labels`: timed trackers; they run on the first frames of their sequences. `budget`: total time
-    after which no session is added [s]. `report`: called with a sentence on the progress.
+    The trackers `labels` run on the first frames of their sequences. After `budget` seconds in
+    total, no session is added. `report` gets sentences on the progress.
 
     Raises `BaselineError` if a tracker is not in the revision or has no sequence for timing, or if
     the budget is too small for the least number of sessions.

@@ -66,11 +66,11 @@ def ratio_sample(logs: Sequence[float]) -> RatioSample:
 
 
 def decide_speed(sample: RatioSample, tests: int = 1) -> SpeedChange:
-    """Judge sessions by Student's t.
+    """Decide by Student's t whether a tracker has become slower.
 
-    `sample`: log ratios to the old version. `tests`: number of tested trackers; the probability of
-    any false alarm is 1 % if sessions are independent. A tracker is not 5 % slower if the printed
-    interval is below 5 %.
+    `sample` describes the log ratios of its times to those of the old version. If `tests` trackers
+    are tested and sessions are independent, the probability of any false alarm is 1 %. A tracker
+    is not 5 % slower if the printed interval is below 5 %.
     """
     levels = [0.975, 1 - MAX_FALSE_ALARMS / tests]
     half, alarm = (_standard_error(sample) * stdtrit(sample.n - 1, levels)).tolist()

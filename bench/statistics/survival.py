@@ -25,7 +25,8 @@ class Survival(NamedTuple):
 def kaplan_meier(times: ArrayLike, lost: ArrayLike) -> Survival:
     """Return the Kaplan-Meier estimate of survival with a 95 % band (log-log).
 
-    `times`: time of the failure or end of each run, in any unit. `lost`: True if the run failed.
+    Each run has the time of its loss or of its end, in any unit, and `lost` is True if it lost the
+    target. The other runs are censored: they could have lost it later.
     """
     # Imported here: it takes 0.5 s, and only figures need it.
     from scipy.stats import CensoredData, ecdf

@@ -36,8 +36,9 @@ def density_plot(
 ) -> Figure:
     """Draw one row per step: both marginal densities and the joint one.
 
-    `times`: by label. `grids`: equally spaced values of both quantities, shapes (n,) and (m,).
-    `names`: of the quantities. `markers`: Matplotlib markers, one per step.
+    `times` contains the densities of each step by its label, and `markers` the Matplotlib marker of
+    each step. `grids` are equally spaced values of both quantities, shapes (n,) and (m,), and
+    `names` their names.
     """
     figure = bare_figure(title, 2.4 * len(times) + 0.4)
     grid = figure.subplots(len(times), 3, squeeze=False)
