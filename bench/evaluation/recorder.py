@@ -309,19 +309,18 @@ class Recorder:
         return self._made
 
     def _in_context(self, call: Callable[..., R], *arguments: Any) -> R:
-        """Return the result of a call in the context of the run, if the pass needs contexts."""
+        """Return the result of a call in the context of the run, if the pass needs contexts.
+
+        If the tracker has forked this process, the copy ends: it would be a second harness.
+        """
         try:
             if self._context is not None and self._state.needs_contexts:
                 with self._context:
                     return call(*arguments)
             return call(*arguments)
         finally:
-            self._end_copy()
-
-    def _end_copy(self) -> None:
-        """End this process if the tracker has forked it: the copy would be a second harness."""
-        if os.getpid() != self._process:
-            os._exit(0)
+            if os.getpid() != self._process:
+                os._exit(0)
 
     def _note_drawn(self) -> None:
         """Note which global generators the tracker has drawn from."""
