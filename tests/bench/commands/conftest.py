@@ -26,6 +26,8 @@ def masked(text):
     text = re.sub(r"[\d.]+ (ms|s)\b", r"N \1", re.sub(r"\d\d:\d\d:\d\d", "HH:MM:SS", text))
     text = re.sub(r"( px) +~?[\d.]+ +[\d.]+$", r"\1  N  N", text, flags=re.MULTILINE)
     text = re.sub(r"^ms/frame on .*$", "ms/frame on MACHINE", text, flags=re.MULTILINE)
+    # Other load can lead to this note.
+    text = re.sub(r"^.*a few frames take most of the time.*\n", "", text, flags=re.MULTILINE)
     return re.sub(r" +$", "", re.sub("  +", "  ", text), flags=re.MULTILINE)
 
 
