@@ -109,8 +109,10 @@ def setting_section(paper: Paper) -> Section:
 
 def clip_section(paper: Paper) -> Section:
     """Return the section on clips of the paper that a reader has."""
-    text = "Runs the paper's trackers in both settings on a clip; see [the recipe](clips.md)."
-    return Section("clip", "On a clip of the paper", [text], command=clip_command(paper))
+    recipe = "[docs/papers/clips.md](clips.md)"
+    text = f"Runs the paper's trackers in both settings on a clip. Recipe: {recipe}."
+    command = clip_command(paper)
+    return Section("clip", "On a clip of the paper", [text], command=command, hint="command")
 
 
 def read_notes(paper: str) -> dict[str, str]:
