@@ -13,7 +13,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     option,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceOptions(ScreenOptions, EngineOptions):
+class ReproduceOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     paper: str | None = argument(required=False)
