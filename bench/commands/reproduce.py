@@ -51,8 +51,8 @@ def command(options: ReproduceOptions) -> int:
     """Reproduce a paper: main table, figures and a verdict on each claim.
 
     Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
-    literally, `recommended` differs in a few values that the paper leaves open. Runs are stored in
-    folders in --results-root, the report in its folder PAPER. Stored runs are not repeated.
+    literally, `recommended` differs in values that the report lists. Runs are stored in folders in
+    --results-root, the report in its folder PAPER. Stored runs are not repeated.
 
     For example:
       trackmark reproduce wang2010 --quick
