@@ -59,10 +59,10 @@ def format_text(name: str, options: Mapping[str, object]) -> str:
     >>> format_text("multipart", {"preset": "robust", "particles": 400, "adaptive": False})
     'multipart:preset=robust:particles=400:adaptive=false'
     """
-    return ":".join([name, *(f"{key}={_value(value)}" for key, value in options.items())])
+    return ":".join([name, *(f"{key}={format_value(value)}" for key, value in options.items())])
 
 
-def _value(value: object) -> str:
+def format_value(value: object) -> str:
     """Return the shortest text of a value."""
     if isinstance(value, bool):
         return "true" if value else "false"

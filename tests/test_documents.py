@@ -13,6 +13,7 @@ import numpy as np
 import pytest
 
 import trackmark
+from tools import paper_history
 from trackmark import datasets, trackers
 from trackmark.bench.cli import trackmark as program
 from trackmark.bench.evaluation.loop import evaluate_run
@@ -253,6 +254,10 @@ def test_catalogue_has_all_trackers_and_sequences():
         )
     for name in datasets.names():
         assert f"`{name}`" in text, name
+
+
+def test_history_page_has_the_histories_of_all_papers():
+    assert paper_history.PAGE.read_text("utf-8") == paper_history.page()
 
 
 def test_commands_of_pages_exist():

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
-from trackmark.bench.commands._options import EngineOptions
+from trackmark.bench.commands._options import ExecutionOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
     open_runs,
@@ -33,7 +33,7 @@ class BaselineRunner:
     name: str  # name of the results folder
     specs: Mapping[str, str]  # specifications of the trackers, by label
     sources: Mapping[str, SequenceSpec]  # by name of the sequence
-    options: EngineOptions
+    options: ExecutionOptions
     digests: Mapping[str, str] = field(
         default_factory=dict
     )  # expected digests of the sequences, by name

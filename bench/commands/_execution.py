@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from trackmark.bench.commands._options import EngineOptions
+from trackmark.bench.commands._options import ExecutionOptions
 from trackmark.bench.commands._progress import (
     RunProgress,
     print_event,
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def plan_experiment(
     experiment: Experiment,
-    options: EngineOptions,
+    options: ExecutionOptions,
     *,
     retry_failed: bool = False,
     opened_sequences: "OpenedSequences | None" = None,
@@ -40,7 +40,7 @@ def plan_experiment(
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
             progress=opened,
-            **options.engine_settings,
+            **options.execution_arguments,
         )
 
 
@@ -101,7 +101,7 @@ def run_title(execution: "Execution") -> str:
 
 def plan_and_execute(
     experiment: Experiment,
-    options: EngineOptions,
+    options: ExecutionOptions,
     opened_sequences: "OpenedSequences | None" = None,
     progress: RunProgress | None = None,
 ) -> "Execution":

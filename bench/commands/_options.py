@@ -269,7 +269,7 @@ class ScreenOptions(JsonOptions):
 
 
 @dataclass(frozen=True, kw_only=True)
-class EngineOptions:
+class ExecutionOptions:
     """Options of commands that execute runs."""
 
     results_root: Path = output_option(
@@ -291,8 +291,8 @@ class EngineOptions:
     )
 
     @property
-    def engine_settings(self) -> dict[str, Any]:
-        """Arguments of `Execution` that select and limit the engine."""
+    def execution_arguments(self) -> dict[str, Any]:
+        """Arguments of `Execution` that select the backend and limit its runs."""
         from trackmark.bench.execution.task import Limits
 
         return {

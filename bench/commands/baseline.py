@@ -10,7 +10,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import BaselineRunner, check_scores
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     FiniteRange,
     argument,
     matching_sequences,
@@ -32,8 +32,15 @@ if TYPE_CHECKING:
     from trackmark.bench.regression.baseline import Baseline
 
 
+DEFAULT_REPETITIONS = 20
+"""Number of repetitions per sequence in a baseline."""
+
+DEFAULT_DETECTABLE_DROP = 0.05
+"""Drop of the mean overlap on one sequence that `check` must detect."""
+
+
 @dataclass(frozen=True, kw_only=True)
-class BaselineOptions(EngineOptions):
+class BaselineOptions(ExecutionOptions):
     """Options of the command."""
 
     name: str = argument()
@@ -44,13 +51,13 @@ class BaselineOptions(EngineOptions):
     repetitions: int = option(
         "Number of repetitions of stochastic trackers.",
         metavar="INTEGER",
-        default=20,
+        default=DEFAULT_REPETITIONS,
         type=click.IntRange(6, 10_000),
     )
     detectable_drop: float = option(
         "Drop of the mean overlap on one sequence that a check must detect.",
         metavar="FLOAT",
-        default=0.05,
+        default=DEFAULT_DETECTABLE_DROP,
         type=FiniteRange(0, 1, min_open=True),
     )
     force: bool = output_option("Replace an existing baseline.")

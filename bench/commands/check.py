@@ -23,7 +23,7 @@ from trackmark.bench.commands._baseline_runs import (
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     option,
@@ -61,7 +61,7 @@ def _seconds(duration: str) -> float:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CheckOptions(ScreenOptions, EngineOptions):
+class CheckOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     name: str = argument()

@@ -20,7 +20,7 @@ from trackmark.bench.commands._imported_results import (
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     matching_sequences,
@@ -52,7 +52,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class CompareOptions(ScreenOptions, EngineOptions):
+class CompareOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=False)

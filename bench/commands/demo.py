@@ -11,7 +11,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     execution_option,
     output_option,
     with_options,
@@ -56,10 +56,10 @@ def command(options: DemoOptions) -> int:
 
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name
-    engine_options = EngineOptions(results_root=results.parent, jobs=options.jobs)
+    execution_options = ExecutionOptions(results_root=results.parent, jobs=options.jobs)
     # Timing runs come first: the table of scores includes their times.
     timed = replace(experiment, is_timing=True, repetitions=1)
-    executions = [plan_experiment(runs, engine_options) for runs in (timed, experiment)]
+    executions = [plan_experiment(runs, execution_options) for runs in (timed, experiment)]
     title = (
         f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
         f"{sum(execution.tasks.n_runs for execution in executions)} runs (about 1 minute)"

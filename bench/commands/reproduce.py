@@ -13,7 +13,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     option,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReproduceOptions(ScreenOptions, EngineOptions):
+class ReproduceOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     paper: str | None = argument(required=False)
@@ -51,8 +51,8 @@ def command(options: ReproduceOptions) -> int:
     """Reproduce a paper: main table, figures and a verdict on each claim.
 
     Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
-    literally, `recommended` differs in a few values that the paper leaves open. Runs are stored in
-    folders in --results-root, the report in its folder PAPER. Stored runs are not repeated.
+    literally, `recommended` differs in values that the report lists. Runs are stored in folders in
+    --results-root, the report in its folder PAPER. Stored runs are not repeated.
 
     For example:
       trackmark reproduce wang2010 --quick

@@ -18,7 +18,7 @@ from trackmark.bench.commands._execution import (
 )
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     execution_option,
@@ -58,7 +58,7 @@ _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 
 
 @dataclass(frozen=True, kw_only=True)
-class RunOptions(ScreenOptions, EngineOptions):
+class RunOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")

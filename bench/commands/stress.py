@@ -11,7 +11,7 @@ import click
 from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
     Command,
-    EngineOptions,
+    ExecutionOptions,
     ScreenOptions,
     argument,
     matching_sequences,
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, kw_only=True)
-class StressOptions(ScreenOptions, EngineOptions):
+class StressOptions(ScreenOptions, ExecutionOptions):
     """Options of the command."""
 
     trackers: tuple[str, ...] = argument(nargs=-1, required=True)

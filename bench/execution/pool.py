@@ -168,7 +168,9 @@ class Pool:
                     continue
                 result = SequenceError(
                     f"{task.source.spec}: {result}. This has happened twice, the second time with "
-                    "each tracker in a process of its own: the sequence cannot be read."
+                    "each tracker in a process of its own. If another attempt ends in the same "
+                    "way, either the sequence cannot be read, or a tracker ends other processes: "
+                    "run the trackers one at a time."
                 )
             work += task.work
             progress(work)

@@ -20,12 +20,18 @@ _idle: list[tuple[tuple[object, ...], Any]] = []
 
 
 def take_process(start: Callable[[], _Process], *key: object) -> _Process:
-    """Return an idle process of a tracker, or start one; `key` are its options and digest."""
-    for place, (other, process) in enumerate(_idle):
+    """Return an idle process of a tracker, or start one; `key` are its options and digest.
+
+    An idle process that has ended, for example because the system lacked memory, is left out.
+    """
+    for entry in [*_idle]:
+        other, process = entry
         if other == (os.getpid(), *map(repr, key)):
-            del _idle[place]
-            process.forget_output()
-            return process  # type: ignore[no-any-return]  # kept under its key
+            _idle.remove(entry)
+            if process.process.poll() is None:
+                process.forget_output()
+                return process  # type: ignore[no-any-return]  # kept under its key
+            process.close()
     return start()
 
 

@@ -167,6 +167,7 @@ class IsolatedTracker(RemoteTracker):
         """See `RemoteTracker.close`."""
         if not self._is_closed:
             self._is_closed = True
+            self._process.drop_tracker(self._factory.frame_seconds)
             keep_process(self._process, *self._factory.process_key)
 
     def _watch(self, image: Image) -> None:

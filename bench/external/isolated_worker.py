@@ -10,6 +10,7 @@
 | update: pixels, keeps_arrays | time, device, drawn, estimate, arrays, revised |
 | maps: pixels | arrays |
 | finish | drawn, revised |
+| drop | |
 
 `methods` are the optional methods that the tracker has. `arrays` has shapes and types by name; the
 arrays are in the file of frames, after the mask. `revised` is a list of frames with their boxes.
@@ -41,7 +42,6 @@ class IsolatedTrackers(Operations):
 
     def __init__(self, frames: Any) -> None:
         super().__init__(frames, call_clock)
-        self._tracker: Any = None
         self._generators = GlobalGenerators(0)
         cv2.setNumThreads(1)  # as in a worker: several processes share the cores
 
@@ -88,7 +88,6 @@ class IsolatedTrackers(Operations):
         self, name: str, options: Mapping[str, str], entropy: int, spawn_key: Sequence[int]
     ) -> dict[str, Any]:
         """Create a tracker."""
-        self._tracker = None  # releases the memory of the last one first
         seed = np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))
         self._generators = GlobalGenerators(seed_number(seed))
         specification = trackers.resolve(name, **options)

@@ -36,6 +36,7 @@ _WAIT_SECONDS = 0.5  # between checks whether the process still runs
 _STACK_SECONDS = 1.0  # in which a stack is written
 _EXIT_SECONDS = 5.0  # between the end of the output and the end of the process
 _DRAIN_SECONDS = 1.0  # in which the last output of an ended process is read
+_READY_SECONDS = 0.05  # in which a process waits for the next request after its answer
 _CHUNK = 1 << 16
 _PIPE_BYTES = 4096  # that a pipe takes without waiting for its reader
 
@@ -218,6 +219,18 @@ class LineProcess:
             return ProcessCounters(int(schedstat.split()[1]) * 1e-9, time.clock_gettime(clock))
         except (OSError, IndexError):
             return ProcessCounters(0.0, 0.0)
+
+    def wait_until_ready(self) -> None:
+        """Wait until the main thread of the process waits, for up to `_READY_SECONDS`.
+
+        Otherwise, the counters of the next request would contain the run delay of before: Linux
+        counts a delay when it ends.
+        """
+        status, until = Path(f"/proc/{self.process.pid}/stat"), monotonic() + _READY_SECONDS
+        with suppress(OSError):  # the process has ended, or the system is not Linux
+            # The name of the program, in brackets, can contain any character.
+            while b") R" in status.read_bytes() and monotonic() < until:
+                sleep(_READY_SECONDS / 1000)
 
     def close(self, seconds: float = 0.0) -> None:
         """End the process and all that it started, after up to `seconds` to end by itself."""

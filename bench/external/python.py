@@ -85,6 +85,7 @@ class PythonPlugin(ExternalPlugin):
         """See `ExternalPlugin.close`."""
         process = vars(self).pop("process", None)
         if process:
+            process.drop_tracker(self.external_options.frame_limit)
             keep_process(process, self.external_options, self.digest)
 
     def _call(

@@ -303,6 +303,7 @@ class TraxPlugin(ExternalPlugin):
             raise self.process.fail(_too_many(line))
         # The tracker begins at the end of the line. The time does not contain the transfer.
         self.process.send(request[:-1], seconds)
+        self.process.wait_until_ready()
         started = self.process.counters()
         self._clock.start()
         self.process.send(request[-1:], seconds)

@@ -18,6 +18,7 @@ writes anything, and the answer is `problem`, which also ends the process.
 | create: parameters, seed, entropy, spawn_key | drawn |
 | init: pixels, box | time, device, drawn |
 | update: pixels | time, device, drawn, estimate; or invalid: the reason why it is no estimate |
+| drop | |
 
 These are the operations without trackmark; `bench.external.isolated_worker` has those of the full
 interface. FRAMES is a file with the image of each request, and after it the mask of `init`.
@@ -195,12 +196,12 @@ class Operations:
     """Base class of operations on trackers, which this process runs one after another.
 
     `frames` is the file of frames, `clocks` the module `call_clock`. `copies` are the `Copies` of
-    this process, which `serve` sets. `_generators` is the context of the code of the current
-    tracker, an instance of `GlobalGenerators`.
+    this process, which `serve` sets. `_tracker` is the current tracker, and `_generators` is the
+    context of its code, an instance of `GlobalGenerators`.
     """
 
     copies = None  # type: Any
-    _generators = None  # type: Any
+    _generators = _tracker = None  # type: Any
 
     def __init__(self, frames: Any, clocks: Any) -> None:
         self._frames, self._clocks = frames, clocks
@@ -209,6 +210,11 @@ class Operations:
     def perform(self, operation: str, **arguments: Any) -> Any:
         """Return the answer of an operation."""
         return getattr(self, operation)(**arguments)
+
+    def drop(self) -> Dict[str, Any]:
+        """Drop the tracker, whose destructor is the last code of its run."""
+        self._tracker = None
+        return {}
 
     def _read(self, pixels: Any) -> Any:
         """Return the images and masks in the file of frames; None for None."""
@@ -240,7 +246,7 @@ class PlainTrackers(Operations):
             import_rules, ("plain_class", "estimate_check", "global_generators")
         )
         self._new_generators = generators.GlobalGenerators
-        self._class = self._tracker = None  # type: Any
+        self._class = None  # type: Any
 
     def describe(self) -> Any:
         """Return the description of the class."""
@@ -259,7 +265,6 @@ class PlainTrackers(Operations):
 
     def create(self, parameters: Any, seed: int, entropy: Any, spawn_key: Any) -> Any:
         """Create a tracker."""
-        self._tracker = None  # releases the memory of the last one first
 
         def sequence() -> Any:
             return np.random.SeedSequence(entropy, spawn_key=tuple(spawn_key))

@@ -6,6 +6,7 @@ import shlex
 import signal
 import sys
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -85,6 +86,16 @@ class WorkerProcess(LineProcess):
             raise TrackerError(reply["unusable"])
         self.is_usable = not {"invalid", "raised"} & reply.keys()
         return reply
+
+    def drop_tracker(self, seconds: float) -> None:
+        """Drop the tracker within a time limit [s].
+
+        If this fails, the process is not usable any more, but neither its run nor a later one is
+        affected.
+        """
+        if self.is_usable:
+            with suppress(TrackerError):
+                self.ask(seconds, "drop")
 
     def write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
         """Write arrays to the file of frames; return their shapes and types."""

@@ -1,7 +1,7 @@
 """Criteria that the scenes of a paper must meet, and their stored values.
 
 `criteria.toml` states the criteria. `criteria.csv` has their values on each scene, which
-`tools/scene_check.py` measured on images and ground truth before a tracker ran. Claims are judged
+`tools/scene_check.py` measured on images and ground truth. Claims are judged
 on the first scenes that meet all criteria.
 """
 

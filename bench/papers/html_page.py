@@ -304,7 +304,7 @@ def _folds(report: Report) -> Iterator[Markup]:
                 "fold",
                 key=f"fold-{section.key}",
                 title=section.fold_title or section.title,
-                summary=section.command or section.hint,
+                summary=section.hint or section.command,
                 paragraphs=paragraphs,
                 tables=[] if section.fold_title else [*map(PageTable, section.tables)],
                 commands=[section.command] if section.command else [],

@@ -20,11 +20,11 @@ def page(report: Report, folder: Path) -> str:
     about, *sections = report.sections
     parts = [f"# {report.paper.title}", report.paper.citation, *about.paragraphs]
     for number, section in enumerate(sections, 1):
-        parts += [f"## {number} {section.title}", *_blocks(section, folder)]
+        parts += [f"## {number} {section.title}", *blocks(section, folder)]
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def _blocks(section: Section, folder: Path) -> Iterator[str]:
+def blocks(section: Section, folder: Path) -> Iterator[str]:
     """Yield the parts of a section. The command is that of the full report."""
     if section.command:
         yield f"    {section.command}"

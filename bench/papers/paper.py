@@ -212,7 +212,9 @@ class Paper(TomlTable):
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[str, InstanceOf[PaperTracker]]
     sequences: dict[str, InstanceOf[PaperSequence]]
-    setting_table: tuple[tuple[str, ...], ...]  # parameter, both settings, source
+    # Why a parameter differs between the settings, by its name.
+    reasons: dict[NonEmptyText, NonEmptyText] = Field(default={})
+    equal_values: Texts = ()  # values of both settings, after the word `printed` or `not printed`
     main_table: MainTable
     figure: dict[NonEmptyText, FigureDefinition] = Field(default={})
     claims: dict[str, InstanceOf[Claim]]

@@ -5,9 +5,10 @@ from dataclasses import dataclass, replace
 
 from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.figures import PaperFigure
-from trackmark.bench.papers.paper import read_sensitivity
+from trackmark.bench.papers.paper import Paper, read_sensitivity
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.tables import criteria_table, sensitivity_table, setting_table
+from trackmark.bench.papers.settings import clip_command, default_sentences, setting_table
+from trackmark.bench.papers.tables import criteria_table, sensitivity_table
 from trackmark.bench.papers.verdicts import VerdictRow, setting_counts, verdict_table
 from trackmark.reports.tables import Table
 
@@ -20,10 +21,13 @@ RULES = (
     "paper's videos are not testable."
 )
 VIDEOS = (
-    "The paper's videos are not available. Synthetic scenes, drawn from the paper's descriptions, "
-    "replace them. The paper's numbers are therefore printed next to ours, but our results need "
-    "not reach them. There are two settings: `as-written` takes the text literally; `recommended` "
-    "differs from `as-written` only in the values that the section *Settings* lists."
+    "The paper's videos are not included; if you have one, [run the trackers on it](clips.md). "
+    "Synthetic scenes, drawn from the paper's descriptions, replace the videos. The paper's "
+    "numbers are therefore printed next to ours, but our results need not reach them. Some scenes, "
+    "claims and settings were changed after results had been seen; the "
+    "[history](history.md#{paper}) lists the changes. There are two settings: `as-written` takes "
+    "the text literally; `recommended` differs from `as-written` only in the values that the "
+    "section *Settings* lists."
 )
 
 
@@ -80,21 +84,35 @@ def report_sections(
         sensitivity = replace(sensitivity, paragraphs=[], tables=[table])
     effects = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
     effects = f"{effects} {notes.get('How long it takes', '')}".rstrip()
-    criteria, settings = criteria_table(paper.name), setting_table(paper)
+    criteria, settings = criteria_table(paper.name), setting_section(paper)
     return [
-        Section("method", "Method and videos", [*about, VIDEOS]),
+        Section("method", "Method and videos", [*about, VIDEOS.format(paper=paper.name)]),
         *sections,
         Section("scenes", "The scenes", tables=[criteria], hint="criteria, and values"),
-        Section("parameters", "Settings", tables=[settings], hint="parameters"),
+        settings,
         sensitivity,
         Section("command", "How to run it", [effects], command=options.command(paper.name)),
-        Section(
-            "history",
-            "History",
-            [notes.get("History", "")],
-            hint="earlier scenes, claims and rules",
-        ),
+        clip_section(paper),
     ]
+
+
+def setting_section(paper: Paper) -> Section:
+    """Return the section on the values of the settings."""
+    return Section(
+        "parameters",
+        "Settings",
+        default_sentences(paper),
+        [setting_table(paper)],
+        hint="parameters that differ",
+    )
+
+
+def clip_section(paper: Paper) -> Section:
+    """Return the section on clips of the paper that a reader has."""
+    recipe = "[docs/papers/clips.md](clips.md)"
+    text = f"Runs the paper's trackers in both settings on a clip. Recipe: {recipe}."
+    command = clip_command(paper)
+    return Section("clip", "On a clip of the paper", [text], command=command, hint="command")
 
 
 def read_notes(paper: str) -> dict[str, str]:

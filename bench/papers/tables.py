@@ -1,4 +1,4 @@
-"""Tables of a paper: main table, sensitivity, settings, and criteria of the scenes."""
+"""Tables of a paper: main table, sensitivity, and criteria of the scenes."""
 
 import pandas as pd
 
@@ -6,7 +6,7 @@ from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.cases import cases
 from trackmark.bench.papers.criteria import read_criteria, read_values
 from trackmark.bench.papers.measures import Measure
-from trackmark.bench.papers.paper import MainRow, Paper, Sensitivity
+from trackmark.bench.papers.paper import MainRow, Sensitivity
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.tables import MISSING, Table, text_table
 
@@ -69,14 +69,6 @@ def format_mean(values: pd.DataFrame, measure: Measure, n_members: int) -> str:
     return forms.get(measure.unit, f"{mean:.2f}")
 
 
-def setting_table(paper: Paper) -> Table:
-    """Return the values that differ between the settings, with their sources."""
-    headings = ["", *SETTING_LABELS.values(), "source"]
-    rows = [list(row) for row in paper.setting_table]
-    caption = "Parameters of the settings, with their sources"
-    return text_table("settings", caption, headings, rows, 1)
-
-
 def criteria_table(paper: str) -> Table:
     """Return the criteria of the scenes with their values, and the scenes that fail."""
     headings = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
@@ -100,5 +92,5 @@ def criteria_table(paper: str) -> Table:
         notes.append(
             f"Scenes of sequence {name} that miss a criterion and are not used: {failed_scenes}."
         )
-    caption = "Criteria of the scenes, measured on images and ground truth before any tracker ran"
+    caption = "Criteria of the scenes, measured on images and ground truth"
     return text_table("criteria", caption, headings, rows, 2, notes)

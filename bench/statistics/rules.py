@@ -30,9 +30,6 @@ MARGIN = 0.01
 CLAIM_MARGIN = 0.02
 """Largest irrelevant difference of claims: a fiftieth of the overlap or of a sequence's length."""
 
-DETECT = 0.05
-"""Drop of the mean overlap on one sequence that `check` must detect."""
-
 MIN_UNITS = 6
 """Minimum number of units for an interval: six equal signs occur by chance in 3 % of cases."""
 
@@ -52,9 +49,6 @@ SHARE_LIMIT = 0.5
 """Default limit of a share of scenes. A paper's figure shows one run, which should be typical: what
 it shows must occur in most scenes.
 """
-
-DEFAULT_REPETITIONS = 20
-"""Number of repetitions per sequence in a baseline."""
 
 LIKELY = 0.5
 """Confidence level of the differences from which a range of numbers of units is computed."""

@@ -1,4 +1,4 @@
-"""Criteria of scenes, measured on images and ground truth before any tracker runs.
+"""Criteria of scenes, measured on images and ground truth.
 
 A criterion is a function of a `SceneImages` that returns one number. A paper's `criteria.toml`
 names the function, its options, the required range and the sentence of the paper that requires it.

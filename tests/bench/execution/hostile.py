@@ -196,7 +196,7 @@ CLASSES = {
     ),
     "HangsWhenMade": (FIRST + SILENT + "300" + LINE + "hang", "made", "hang()"),
     "HangsWhenDropped": (
-        "",  # at the start of the next run
+        "",  # when the run is complete
         "dropped",
         "if getattr(self, 'frame', 0) >= STRIKE: hang()",
     ),

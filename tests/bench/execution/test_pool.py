@@ -169,6 +169,7 @@ def test_task_that_ends_two_workers_is_an_error_of_the_sequence(run_with, functi
     assert isinstance(error, SequenceError)
     assert reason in str(error)
     assert "each tracker in a process of its own" in str(error)
+    assert "run the trackers one at a time" in str(error)
 
 
 def test_defect_of_a_worker_is_raised_with_its_traceback(run_with):

@@ -61,6 +61,38 @@ def test_failure_of_a_class_names_command_end_and_last_output(environment, mode)
     assert_failed(run, frames, f"{environment}/bin/python", PYTHON[mode])
 
 
+@pytest.mark.parametrize("is_external", [True, False])
+def test_idle_process_that_was_killed_costs_no_run(environment, is_external):
+    spec = f"plain_tracker.py:python={environment}" if is_external else "plain_tracker.py"
+    first = evaluate_run(spec, "Noise")
+    (process,) = living(str(WORKER))
+    os.kill(process, signal.SIGKILL)
+    wait_until(lambda: not living(str(WORKER)))
+    second = evaluate_run(spec, "Noise")
+    assert (second.failure, second.boxes.tobytes()) == ("", first.boxes.tobytes())
+
+
+ENDS = """
+import os
+
+class Ends:
+    def init(self, image, box):
+        self.box = box
+
+    def update(self, image):
+        return self.box
+
+    def __del__(self):
+        os._exit(3)
+"""
+
+
+@pytest.mark.parametrize("options", ["", f":python={sys.executable}"])
+def test_destructor_that_ends_its_process_costs_no_run(folder, options):
+    (folder / "ends.py").write_text(ENDS)
+    assert [evaluate_run(f"ends.py{options}", "Noise").failure for _ in range(2)] == ["", ""]
+
+
 @pytest.mark.parametrize("mode", COMMAND)
 def test_failure_of_a_command_names_command_end_and_last_output(mode):
     command = f"{sys.executable} plain.py 4 {mode}"

@@ -104,3 +104,16 @@ def test_no_process_is_left(way):
         while ") Z " not in child.read_text("utf-8"):
             assert time.monotonic() < limit
             time.sleep(0.01)
+
+
+@pytest.mark.skipif(not Path("/proc/self/stat").exists(), reason="needs the states of Linux")
+def test_clock_starts_when_the_process_waits(monkeypatch):
+    """The process works after its answer; this is not part of the next request."""
+    monkeypatch.setattr(process_module, "_READY_SECONDS", 60.0)
+    work = "while time.process_time() < 0.5: pass\n"
+    process = start(f"import time\ninput()\nprint('@@', flush=True)\n{work}input()")
+    process.send(b"\n", 60)
+    process.read_line(60)
+    process.wait_until_ready()
+    assert process.counters().cpu >= 0.5
+    process.close()

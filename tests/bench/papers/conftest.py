@@ -28,7 +28,10 @@ method = "CamShift on short sequences."
 finding = "CamShift keeps the target."
 quick_scenes = 2
 frames_from = 1
-setting_table = [["window", "fixed", "adaptive", "the paper's reference [1]"]]
+equal_values = "printed: ε = 1"
+
+[reasons]
+window = "the paper's reference [1]"
 
 [trackers]
 camshift = "camshift"

@@ -18,7 +18,6 @@ title = "A paper"
 citation = "A. Author. A paper. 2000."
 method = "It tracks."
 finding = "It tracks here, too."
-setting_table = [["N", "15", "100", "printed"]]
 {repetitions}
 [trackers]
 "proposed" = "wang2010:particles=15"

@@ -56,11 +56,11 @@ def test_sensitivity_table_changes_one_choice(report):
     assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
 
 
-def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
+def test_page_begins_with_the_result_and_ends_with_commands(report, tmp_path):
     markdown_page.write_markdown_page(tmp_path / "tiny.md", report)
     text = (tmp_path / "tiny.md").read_text("utf-8")
     assert text == markdown_page.page(report, tmp_path)
-    assert "The paper's videos are not available." in text
+    assert "The paper's videos are not included;" in text
     (_, file, *_) = (drawing.path for drawing in report.figures)
     assert f"[{file.name}]({file.name}): " in markdown_page.page(report, file.parent)
     assert f"`{file.name}`: " in text  # the figures lie in another folder
@@ -82,8 +82,8 @@ def test_page_begins_with_the_result_and_ends_with_history(report, tmp_path):
         "16 bins",
         "## 8 How to run it",
         "trackmark reproduce tiny --all",
-        "## 9 History",
-        "- One scene was replaced.",
+        "## 9 On a clip of the paper",
+        "trackmark run --sequences CLIP --name clip --trackers camshift:window=fixed,",
     ]
     positions = [text.index(part) for part in places]
     assert positions == sorted(positions)
@@ -259,7 +259,8 @@ def test_details_are_folded(page):
     text = sections(page)["Details"]
     assert re.findall(r"<summary>.*?<b>(.*?)</b>", text) == [
         "Method and videos", "Rules of the verdicts", "What differs and why", "The scenes",
-        "Settings", "Sensitivity (no verdicts)", "How to run it", "History",
+        "Settings", "Sensitivity (no verdicts)", "How to run it",
+        "On a clip of the paper",
     ]  # fmt: skip
     for words in ("CamShift follows the target.", "The window.", "target", "201"):
         assert words in text

@@ -7,6 +7,7 @@ the documentation states. They come from another implementation of the same popu
 import numpy as np
 import pytest
 
+from trackmark.bench.commands.baseline import DEFAULT_DETECTABLE_DROP, DEFAULT_REPETITIONS
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineScore
 from trackmark.bench.regression.check import check
@@ -14,8 +15,6 @@ from trackmark.bench.statistics import verdict_rules
 from trackmark.bench.statistics.intervals import interval_ends
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
-    DEFAULT_REPETITIONS,
-    DETECT,
     MARGIN,
     MIN_SCENES,
     MIN_UNITS,
@@ -205,7 +204,7 @@ def test_check_reports_drops_as_documented(kind):
             loss = random.uniform(0.01, 0.2, (CHECKS, N_CHECKED, 1))
         shares = []
         for n_changed in (0, 3, 1):
-            drops = np.where(sequences < n_changed, DETECT, 0.0)
+            drops = np.where(sequences < n_changed, DEFAULT_DETECTABLE_DROP, 0.0)
             before, after = (draw(random, shape, drop, loss) for drop in (0 * drops, drops))
             shares.append(100 * np.mean(called_worse(before, after)))
         assert shares == pytest.approx(expected, abs=5), n_repetitions
@@ -225,7 +224,7 @@ def scored_cells(scores, version):
 
 
 @pytest.mark.parametrize("kind", ["0.08", "lost in 3 %", "skewed"])
-@pytest.mark.parametrize("drop", [0, DETECT])
+@pytest.mark.parametrize("drop", [0, DEFAULT_DETECTABLE_DROP])
 def test_called_worse_equals_check(kind, drop):
     """Check that `called_worse` judges many experiments as `check` judges each one."""
     random, draw = np.random.default_rng(16), seed_scores(kind)
@@ -236,7 +235,9 @@ def test_called_worse_equals_check(kind, drop):
         before, after = (np.round(values, DECIMALS) for values in scores)
         verdicts = []
         for old, new in zip(before, after, strict=True):
-            stored = Baseline(scored_cells(old, "0"), {"mine": "mine"}, n_repetitions, DETECT, {})
+            stored = Baseline(
+                scored_cells(old, "0"), {"mine": "mine"}, n_repetitions, DEFAULT_DETECTABLE_DROP, {}
+            )
             verdicts.append(check(stored, scored_cells(new, "1"), {}).verdict == "regression")
         assert verdicts == called_worse(before, after).tolist()
 
