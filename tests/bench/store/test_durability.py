@@ -277,8 +277,8 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
     results = RunStore(tmp_path / "trial")
     limited = module._open
 
-    def limit(path, *, write):
-        connection = limited(path, write=write)
+    def limit(path, *, for_writing):
+        connection = limited(path, for_writing=for_writing)
         connection.execute("PRAGMA max_page_count = 60")
         return connection
 
@@ -332,8 +332,8 @@ def test_read_only_folder_is_read(several, monkeypatch):
     """`query_only` refuses writes as a read-only file system does; root ignores permissions."""
     plain = module._open
 
-    def read_only(path, *, write):
-        connection = plain(path, write=write)
+    def read_only(path, *, for_writing):
+        connection = plain(path, for_writing=for_writing)
         connection.execute("PRAGMA query_only = ON")
         return connection
 
