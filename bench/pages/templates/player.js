@@ -129,7 +129,7 @@ function options(select, entries, chosen) {
 
 /** Make a button per tracker, which shows or hides the tracker. */
 function makeLegend() {
-  const truth = make("button", { type: "button", disabled: "" }, "- - ground-truth box");
+  const truth = make("button", { type: "button", disabled: "", title: "ground-truth box" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
     const name = make("span"), attributes = { type: "button", class: `c${Math.min(tracker, 6)}` };
     if (position < 9) attributes["aria-keyshortcuts"] = position + 1;
