@@ -23,7 +23,8 @@ ACTS = {
         mark = pathlib.Path(__file__).with_name('killed')
         if not mark.exists():
             mark.touch()
-            os.kill(grandparent(os.getppid()), signal.SIGKILL)""",
+            parent = pathlib.Path(f'/proc/{os.getppid()}/stat').read_text()  # of the task's worker
+            os.kill(int(parent.rpartition(')')[2].split()[1]), signal.SIGKILL)""",
 }
 
 
