@@ -110,14 +110,17 @@ def test_process_of_a_tracker_serves_all_initialisations(environment, folder):
     served.close()
 
 
-def test_failure_of_a_tracker_ends_the_session_with_its_reason(tmp_path):
+@pytest.mark.parametrize("options", ["", f":python={sys.executable}"])
+def test_failure_of_a_tracker_ends_the_session_with_its_reason(tmp_path, options):
     (tmp_path / "loud.py").write_text(LOUD)
-    tracker, image = start(tmp_path / "loud.py"), np.zeros((24, 32, 3), np.uint8)
+    tracker, image = start(f"{tmp_path / 'loud.py'}{options}"), np.zeros((24, 32, 3), np.uint8)
     tracker.init(image, np.array([1.0, 2, 3, 4]))
     with pytest.raises(ExternalTrackerError) as raised:
         tracker.update(image)
-    for words in ("session: ZeroDivisionError: division by zero", "of a print", "of a library"):
-        assert words in str(raised.value)
+    reason = str(raised.value).partition("ended the session: ")[2]
+    for words in ("ZeroDivisionError: division by zero", "of a print", "of a library"):
+        assert words in reason
+    assert "ExternalTrackerError" not in reason.partition("\n")[0]
 
 
 @pytest.mark.parametrize(
