@@ -2,11 +2,10 @@
 
 import pandas as pd
 
-from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.cases import cases
+from trackmark.bench.papers import SETTING_LABELS
 from trackmark.bench.papers.criteria import read_criteria, read_values
 from trackmark.bench.papers.measures import Measure
-from trackmark.bench.papers.paper import MainRow, Sensitivity
+from trackmark.bench.papers.paper import Sensitivity
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.tables import MISSING, Table, text_table
 
