@@ -105,7 +105,7 @@ def _sample_paths(random: Generator) -> tuple[DrivingPath, DrivingPath, float]:
     """
     gap, least = random.uniform(24.0, 26.5), random.uniform(16.0, 18.0)
     right = random.random() < 0.5
-    radius = random.uniform(7.5, 8.5) if right else random.uniform(10.5, 12.0)
+    radius = random.uniform(7.5, 8.5) if right else random.uniform(8.0, 9.0)
     turn = np.pi / 2 if right else -np.pi / 2
     straight = gap + random.uniform(*STRAIGHT)
     route = Route(LANE, 0.0, 0.0, [Bend(straight, turn, radius), Bend(140.0)])
