@@ -322,13 +322,13 @@ def test_outlier_becomes_the_template_as_in_equation_11(preset, frames):
     _, seen = views(9)
     appearance = TemplateFilter(tracker._noise, seen[0])
     appearance.start(seen[1])
-    taken = []
+    replaced = []
     for number, view in enumerate(seen[1:]):
         changed = view.copy()
         changed[3, 4] += 100
         appearance.update(appearance.compare(changed), is_first=number == 0)
-        taken.append((appearance.template[3, 4] == changed[3, 4]).all())
-    assert taken.index(True) + 1 == frames
+        replaced.append((appearance.template[3, 4] == changed[3, 4]).all())
+    assert replaced.index(True) + 1 == frames
 
 
 @pytest.mark.parametrize("subpixel", [False, True])
