@@ -76,7 +76,7 @@ def _details(report: Report) -> list[str]:
         return [f"Quick report on few scenes, without verdicts. For verdicts run: {command}"]
     verdicts = [v.verdict for row in report.verdicts for v in row.verdicts.values()]
     decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
-    few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
+    few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable here"))
     start = ["Most claims could not be decided."] if few else []
     counts = "; ".join(setting_counts(report.verdicts)).capitalize()
     return [*start, f"{len(report.verdicts)} claims. {counts}."]
@@ -239,13 +239,13 @@ def _groups(report: Report, player: PlayerContent) -> list[dict[str, Any]]:
         "one": ("Holds in one setting", "undecided"),
         "neither": ("Holds in neither setting", "bad"),
         "inconclusive": ("Inconclusive in both settings", "undecided"),
-        "numbers": ("Not testable", "none"),
+        "numbers": ("Not testable in both settings", "none"),
     }
     items: dict[str, list[dict[str, Any]]] = {key: [] for key in groups}
     for row in report.verdicts:
         verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
         key = ("neither", "one", "both")[verdicts.count("holds")]
-        if "not testable" in verdicts:
+        if set(verdicts) == {"not testable here"}:
             key = "numbers"
         elif set(verdicts) == {"inconclusive"}:
             key = "inconclusive"
@@ -266,7 +266,6 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
         "refuted if": claim.falsified_if,
         "measure": claim.measure.definition,
         "reason for it": claim.reason,
-        "note": claim.note,
     }
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in SETTING_LABELS.items():
