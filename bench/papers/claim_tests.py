@@ -175,30 +175,22 @@ def _obstacle(claim: Claim, evidence: Evidence) -> str:
 
 def _floor_or_ceiling(claim: Claim, evidence: Evidence) -> str:
     """Return why the kept targets leave no room for a difference; empty if there is room."""
-    if evidence.kept_first.empty or evidence.kept_second.empty:
+    tables = evidence.kept_first, evidence.kept_second
+    if any(table.empty for table in tables):
         return ""
+    sides = [
+        _interval(_of_trackers(table, chosen), evidence)
+        for table, chosen in zip(tables, compared_trackers(evidence), strict=True)
+    ]
     whole = "scenes" if evidence.unit_noun == "scene" else f"members of the {evidence.unit_noun}s"
-    first, second = (
-        _of_trackers(kept, chosen)
-        for kept, chosen in zip(
-            (evidence.kept_first, evidence.kept_second), compared_trackers(evidence), strict=True
-        )
-    )
     if claim.test == "no-worse":
-        able = {"the reference": [_interval(second, evidence)]}
+        name, able = "the reference keeps", sides[1:]
     else:
-        able = {
-            "every tracker": [
-                _interval(rows, evidence)
-                for kept in (evidence.kept_first, evidence.kept_second)
-                for _, rows in kept.groupby("tracker")
-            ]
-        }
-    ((name, intervals),) = able.items()
-    if evidence.unit in FLOOR_UNITS and at_floor(intervals):
-        return f"floor: {name} keeps the target in fewer than {100 * FLOOR_SHARE:.0f} % of the {whole}"
-    both = [_interval(side, evidence) for side in (first, second)]
-    if evidence.unit in CEILING_UNITS and at_ceiling(both):
+        of_trackers = [rows for table in tables for _, rows in table.groupby("tracker")]
+        name, able = "all trackers keep", [_interval(rows, evidence) for rows in of_trackers]
+    if evidence.unit in FLOOR_UNITS and at_floor(able):
+        return f"floor: {name} the target in less than {100 * FLOOR_SHARE:.0f} % of the {whole}"
+    if evidence.unit in CEILING_UNITS and at_ceiling(sides):
         limit = f"{100 * CEILING_SHARE:.0f} %"
         return f"ceiling: both sides keep the target in more than {limit} of the {whole}"
     return ""

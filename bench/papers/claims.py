@@ -111,9 +111,7 @@ class Claim(TomlTable):
         """Number of scenes of each sequence."""
         return self.scenes or DEFAULT_SCENES[self.test]
 
-    def pairs(
-        self, trackers: tuple[PaperTracker, ...]
-    ) -> list[tuple[PaperTracker, PaperSequence]]:
+    def pairs(self, trackers: tuple[PaperTracker, ...]) -> list[tuple[PaperTracker, PaperSequence]]:
         """Return the trackers of a side with the sequences on which they run."""
         if self.side_rule == "by sequence":
             return list(zip(trackers, self.sequences, strict=True)) if trackers else []

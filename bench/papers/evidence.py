@@ -140,9 +140,7 @@ def _equal_boxes(first: str, second: str, scene: str, context: Context) -> bool:
     return all(np.array_equal(a.boxes, b.boxes, equal_nan=True) for a, b in pairs)
 
 
-def _lost_before(
-    claim: Claim, claim_cases: list[Case], context: Context
-) -> NDArray[np.float64]:
+def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDArray[np.float64]:
     """Return by scene the success of losing the target before the event; empty without event."""
     if claim.measure.lost_before is None or not claim.trackers:
         return np.zeros(0)

@@ -86,8 +86,9 @@ class PaperRuns:
         """Return a measure by scene, as mean over repetitions.
 
         Values of a sequence with several members are summed, or averaged if the measure says so.
-        Scenes are omitted if they have no runs or if the measure is NaN in all runs. Columns: `sequence`, `rank` (index of the scene,
-        from 0), `scene` (specification of its first member), `tracker` (specification), `value`.
+        Scenes are omitted if they have no runs or if the measure is NaN in all runs. Columns:
+        `sequence`, `rank` (index of the scene, from 0), `scene` (specification of its first
+        member), `tracker` (specification), `value`.
         """
         rows = []
         for rank, members in enumerate(case.scenes):

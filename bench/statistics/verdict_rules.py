@@ -35,9 +35,7 @@ from trackmark.bench.statistics.rules import (
     units_needed,
 )
 
-Outcome = Literal[
-    "holds", "does not hold", "inconclusive", "by construction", "not testable here"
-]
+Outcome = Literal["holds", "does not hold", "inconclusive", "by construction", "not testable here"]
 
 NO_INTERVAL = Interval(nan, nan)
 

@@ -1,11 +1,8 @@
 """Time per frame on a whole clip (section 3)."""
 
-import numpy as np
-
 from trackmark.bench.papers import SETTINGS
-from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
+from trackmark.bench.papers.timing import Values, kept_times, milliseconds, tracker_methods
 from trackmark.reports.tables import Table, text_table
 
 CLIPS = "clips"
@@ -20,13 +17,6 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
     names = [*context.paper.trackers]
     times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]
     return {name: times[name] for name in names}
-
-
-@measure("ms")
-def frame_time(context: Context, setting: str) -> Pairs:
-    """Return the time per frame of the slowest kind of features."""
-    slowest = 1e3 * max(_times(context, setting).values(), key=np.mean)
-    return [(slowest, slowest)]
 
 
 def time_table(context: Context) -> Table:
