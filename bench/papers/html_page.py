@@ -213,7 +213,6 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
         "refuted if": claim.falsified_if,
         "measure": claim.measure.definition,
         "reason for it": claim.reason,
-        "note": claim.note,
     }
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in SETTING_LABELS.items():
