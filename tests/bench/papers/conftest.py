@@ -28,10 +28,13 @@ method = "CamShift on short sequences."
 finding = "CamShift keeps the target."
 quick_scenes = 2
 frames_from = 1
-equal_values = "printed: ε = 1"
 
-[reasons]
-window = "the paper's reference [1]"
+[[chain]]
+parameter = "window"
+as_written = "fixed"
+recommended = "adaptive"
+trackers = "camshift"
+reason = "the paper's reference [1]"
 
 [trackers]
 camshift = "camshift"
