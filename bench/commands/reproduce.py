@@ -40,7 +40,9 @@ class ReproduceOptions(ScreenOptions, ExecutionOptions):
     with_sensitivity: bool = option("Add the sensitivity table.", "--all")
     repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
-        "Markdown file for the page of the paper.", type=click.Path(path_type=Path, dir_okay=False)
+        "Markdown file for the page of the paper; `-details` is added for its details. Film "
+        "strips go to ../pictures/papers.",
+        type=click.Path(path_type=Path, dir_okay=False),
     )
     strict: bool = option("Exit with code 1 if a claim does not hold in the setting `recommended`.")
 
@@ -62,7 +64,7 @@ def command(options: ReproduceOptions) -> int:
     130 interrupted.
     """
     from trackmark.bench.papers import ReproductionOptions, paper_names
-    from trackmark.bench.papers.markdown_page import write_markdown_page
+    from trackmark.bench.papers.markdown_page import write_markdown_pages
     from trackmark.bench.papers.reproduction import Reproduction
 
     page, quick = options.page, options.quick
@@ -89,7 +91,8 @@ def command(options: ReproduceOptions) -> int:
     for name in paper_names() if options.paper is None else [options.paper]:
         report = _reproduce(Reproduction(name), reproduced, options)
         if page is not None:
-            write_markdown_page(page, report)
+            pictures = page.absolute().parent.parent / "pictures" / "papers"
+            write_markdown_pages(page.absolute(), pictures, report)
         if options.all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
@@ -141,10 +144,10 @@ def _write(report: "Report", json_object: Mapping[str, object], folder: Path) ->
     from trackmark.bench.commands._table_files import write_tables
     from trackmark.bench.output_files import write_file
     from trackmark.bench.papers.html_page import write_html_page
-    from trackmark.bench.papers.markdown_page import write_markdown_page
+    from trackmark.bench.papers.markdown_page import write_markdown_pages
 
     write_tables(folder, report.tables)
-    write_markdown_page(folder / "report.md", report)
+    write_markdown_pages(folder / "report.md", folder, report)
     write_file(folder / "report.json", json.dumps(json_object, indent=1, allow_nan=False))
     with progress_bar("Drawing the report", None, "frame") as progress:
         write_html_page(folder / "report.html", report, progress)

@@ -112,7 +112,8 @@ class Page:
     start: str = ""  # address that the page opens by default, such as `#frame=3`
     meta: str = ""  # line above the heading: size and date of the runs
     heading: str = ""  # heading; the title by default
-    details: Sequence[str] = ()  # sentences below the heading
+    sums: Sequence[str] = ()  # lines below the heading
+    details: Sequence[str] = ()  # sentences below these lines
 
 
 def player_link(sequence: PlayerSequence, frame: int | None = None, **options: str) -> str:

@@ -1,7 +1,7 @@
 """Figures of a paper: film strips, plots by frame and others, from `[figure]` in `paper.toml`.
 
-A function of a paper that draws a figure takes a `Context`. It returns a Matplotlib figure, a strip
-(a BGR image), a mapping from file stems to figures and strips, or None.
+A function of a paper that draws a figure takes a `Context`. It returns a Matplotlib figure, a BGR
+image, a `Strip`, a mapping from file stems to these, or None.
 """
 
 import re
@@ -22,20 +22,13 @@ from trackmark.bench.papers.measures import MeasuredRun, find_measure
 from trackmark.bench.papers.paper import FigureDefinition
 from trackmark.bench.papers.plots import series_plot
 from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.settings import differences, parameters
+from trackmark.bench.papers.strips import BOTH, Image, Note, Outline, Strip, StripRow
 from trackmark.reports.figures import save_figure
 from trackmark.reports.overlay import save_png
+from trackmark.reports.tables import MISSING
 
-Image = NDArray[np.uint8]
-Plot = Figure | Image
-
-
-@dataclass(frozen=True)
-class Strip:
-    """Frames of a scene with the run of each tracker and setting."""
-
-    sequence: datasets.Sequence
-    frames: list[int]  # from 0
-    rows: list[tuple[str, str, MeasuredRun]]  # tracker, setting and run
+Plot = Figure | Image | Strip
 
 
 @dataclass(frozen=True)
@@ -46,8 +39,7 @@ class PaperFigure:
     label: str  # name in the paper, such as `Fig. 3`
     caption: str  # content of the paper's figure
     description: str  # content of our figure
-    path: Path | None  # PNG file; None for strips, which only the HTML page shows
-    definition: FigureDefinition
+    path: Path | None  # PNG file; None for strips
     strip: Strip | None = None
 
 
@@ -63,8 +55,7 @@ def draw_figures(context: Context) -> list[PaperFigure]:
             continue
         description, plots = definition.description, dict[str, Plot | None]()
         if definition.kind == "strip":
-            if strip := read_strip(definition, context):
-                figures.append(_strip_figure(name, definition, strip))
+            plots = {name: read_strip(definition, context)}
         elif definition.kind == "plot":
             description, drawn_plot = _plot(definition, context)
             plots = {name: drawn_plot}
@@ -72,10 +63,13 @@ def draw_figures(context: Context) -> list[PaperFigure]:
             drawn = definition.function(context)
             plots = dict(drawn) if isinstance(drawn, Mapping) else {name: drawn}
         for stem, plot in plots.items():
-            if plot is not None:
+            label, caption = figure_label(stem), definition.caption_of(stem)
+            if isinstance(plot, Strip):
+                content = f"{description} Scene {plot.scene}.".strip()
+                figures.append(PaperFigure(stem, label, caption, content, None, plot))
+            elif plot is not None:
                 path = _write(stem, plot, context)
-                label, caption = figure_label(stem), definition.caption_of(stem)
-                figures.append(PaperFigure(stem, label, caption, description, path, definition))
+                figures.append(PaperFigure(stem, label, caption, description, path))
     return figures
 
 
@@ -87,7 +81,7 @@ def figure_label(name: str) -> str:
     return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
 
 
-def _write(name: str, plot: Plot, context: Context) -> Path:
+def _write(name: str, plot: Figure | Image, context: Context) -> Path:
     context.folder.mkdir(parents=True, exist_ok=True)
     path = context.folder / f"{name}.png"
     if isinstance(plot, Figure):
@@ -95,33 +89,57 @@ def _write(name: str, plot: Plot, context: Context) -> Path:
     return write_file(path, lambda file: save_png(file, plot))
 
 
-def _strip_figure(name: str, definition: FigureDefinition, strip: Strip) -> PaperFigure:
-    description = (
-        f"Frames {', '.join(map(str, definition.frames))} of `{strip.sequence.name}`, the "
-        f"scene with the median error of {definition.trackers[0].name} as recommended."
-    )
-    label, caption = figure_label(name), definition.caption_of(name)
-    return PaperFigure(name, label, caption, description, None, definition, strip)
-
-
 def read_strip(definition: FigureDefinition, context: Context) -> Strip | None:
-    """Return the content of a strip: the scene with the median error; None without runs."""
-    case = _case(definition, definition.trackers[0], "recommended", context)
-    values = context.runs.values(case, find_measure("mean_error", context.paper.name))
-    if values.empty:
+    """Return the strip of the scene with the median error; None without runs."""
+    (first, *_), frames_from = definition.trackers, context.paper.frames_from
+    scene = median_scene(_case(definition, first, "recommended", context), context)
+    if not scene:
         return None
-    ordered = values.sort_values("value", kind="stable")["scene"]
-    scene = str(ordered.iloc[(len(ordered) - 1) // 2])
-    frames = [number - context.paper.frames_from for number in definition.frames]
-    rows = []
+    frames = [number - frames_from for number in definition.frames]
+    rows, truth, sequence = list[StripRow](), list[Outline](), datasets.load(scene)
+    images = [sequence[frame] for frame in frames]
     for tracker in definition.trackers:
-        specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
-        if len(set(specs.values())) == 1:
-            specs = {"both settings": specs.popitem()[1]}
-        for label, spec in specs.items():
-            (measured, *_) = context.runs.measured_runs(spec, scene)
-            rows.append((tracker.name, label, measured))
-    return Strip(datasets.load(scene), frames, rows)
+        runs = runs_by_setting(tracker, scene, context)
+        states = definition.paper.get(tracker.name, ("",) * len(frames))
+        notes = [_notes(runs, *place) for place in zip(frames, states, strict=True)]
+        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
+        rows.append(StripRow(tracker.name, images, boxes, notes))
+        truth = [next(iter(runs.values())).truth.boxes[frame] for frame in frames]
+    labels = [f"frame {number}" for number in definition.frames]
+    chosen = f"`{scene}`, which has the median error of {first.name}, recommended"
+    return Strip(chosen, labels, truth, rows, definition.shape)
+
+
+def median_scene(case: Case, context: Context) -> str:
+    """Return the specification of the scene with the median error; empty without runs."""
+    values = context.runs.values(case, find_measure("mean_error", context.paper.name))
+    ordered = values.sort_values("value", kind="stable")["scene"]
+    return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else ""
+
+
+def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> dict[str, MeasuredRun]:
+    """Return the first run of each setting by its label; one run if the settings are equal."""
+    specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
+    written, recommended = (parameters(spec) for spec in specs.values())
+    if not differences(written, recommended):
+        specs = {BOTH: specs.popitem()[1]}
+    return {label: context.runs.measured_runs(spec, scene)[0] for label, spec in specs.items()}
+
+
+def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note]:
+    """Return the state of the target in a frame, in the paper and in our runs.
+
+    `paper`: `tracked` or `lost` in the paper, or empty.
+    """
+    notes = [Note("paper", paper)] if paper else []
+    for label, measured in runs.items():
+        if not measured.present[frame]:
+            notes.append(Note(label, MISSING))
+            continue
+        state = "tracked" if measured.on_target[frame] else "lost"
+        tone = paper and ("good" if state == paper else "bad")
+        notes.append(Note(label, f"{state} ({measured.error[frame]:.0f} px)", tone))
+    return notes
 
 
 def _case(

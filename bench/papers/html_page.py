@@ -1,4 +1,4 @@
-"""Page of a paper in HTML: its table and figures next to ours, verdicts, and folded details."""
+"""Page of a paper in HTML, in the order of its Markdown page; details are folded."""
 
 import re
 from collections.abc import Iterator, Sequence
@@ -13,8 +13,8 @@ from trackmark.bench.pages.page import card, write_page
 from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.pages.player_frames import compress_picture, encode_images
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.figures import Image, PaperFigure
-from trackmark.bench.papers.measures import MeasuredRun
+from trackmark.bench.papers.figures import PaperFigure
+from trackmark.bench.papers.main_table import MainCell, main_caption, main_cell, shown_settings
 from trackmark.bench.papers.player_content import (
     PlayerContent,
     claim_run,
@@ -23,13 +23,13 @@ from trackmark.bench.papers.player_content import (
 )
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.tables import main_values
-from trackmark.bench.papers.verdicts import VerdictRow, effect_text, setting_counts
+from trackmark.bench.papers.sections import SETTINGS_SENTENCE, answer
+from trackmark.bench.papers.strips import COLOUR_SENTENCE, Strip, StripRow
+from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text
 from trackmark.reports.tables import MISSING
 
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
-WIDTH = 320  # of a frame in a strip [px]
-MIN_DECIDED = 0.3  # share of the verdicts below which the page says that most are missing
+QUALITY = 75  # of the frames in a strip
 
 
 def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: None) -> list[Path]:
@@ -41,20 +41,25 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
     context = report.context
     runs = [claim_run(row.claim, s, context) for row in report.verdicts for s in SETTINGS]
     for row in report.paper.main_table.rows:
-        for setting in SETTINGS:
+        for setting in shown_settings(report.paper):
             runs += main_runs(row, setting, context)
     player = player_content(runs, context, progress)
-    n, labels = context.n_scenes, _tracker_labels(context)
+    labels = _tracker_labels(context)
+    finding, *sums = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
     page = Page(
         report.paper.title,
         [*_sections(report, player)],
         [labels[label] for label in player.reading.labels],
         player.sequences,
-        meta=f"{without_markup(report.paper.citation)} · {n} scene{'s' * (n != 1)} per sequence",
-        heading=report.paper.finding if report.verdicts else "",
-        details=_details(report),
+        heading=without_markup(finding),
+        sums=[without_markup(text) for text in sums if text],
     )
     return write_page(path, page)
+
+
+def _no_verdicts(report: Report) -> str:
+    command = f"trackmark reproduce {report.paper.name}"
+    return f"Quick report on few scenes, without verdicts. For verdicts run: {command}"
 
 
 def _tracker_labels(context: Context) -> dict[str, str]:
@@ -69,82 +74,59 @@ def _tracker_labels(context: Context) -> dict[str, str]:
     return labels
 
 
-def _details(report: Report) -> list[str]:
-    """Return the sentences below the heading."""
-    if not report.verdicts:
-        command = f"trackmark reproduce {report.paper.name}"
-        return [f"Quick report on few scenes, without verdicts. For verdicts run: {command}"]
-    verdicts = [v.verdict for row in report.verdicts for v in row.verdicts.values()]
-    decided = sum(verdict in ("holds", "does not hold") for verdict in verdicts)
-    few = decided < MIN_DECIDED * (len(verdicts) - verdicts.count("not testable"))
-    start = ["Most claims could not be decided."] if few else []
-    counts = "; ".join(setting_counts(report.verdicts)).capitalize()
-    return [*start, f"{len(report.verdicts)} claims. {counts}."]
-
-
 def _sections(report: Report, player: PlayerContent) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
-    groups = _groups(report, player)
-    if groups:
-        counts = [(g["title"], g["tone"], len(g["claims"]), g["key"]) for g in groups]
-        cards = [card("verdict_counts", counts=counts)]
-        yield PageSection("counts", f"{len(report.verdicts)} claims", cards)
-    caption = "A number of ours opens the worst run behind it."
-    table = _main_table(report, player)
-    title = "The paper's numbers and ours"
-    yield PageSection("numbers", title, [table], caption=caption, nav="Table")
-    if panels := _panels(report.figures):
-        yield PageSection(
-            "figures", "Figures", [card("figure_panels", panels=panels)], nav="Figures"
-        )
-    for times in report.main[1:]:
-        yield PageSection(times.name, "Times", [card("page_table", sheet=PageTable(times))])
-    if groups:
+    table, caption = _main_table(report, player), "A number of ours opens the worst run behind it."
+    numbers, *others = report.sections
+    yield PageSection("numbers", numbers.title, [table], caption=caption, nav="Table")
+    shown = [*report.pictures, *(f for f in report.figures if f not in report.pictures)]
+    if panels := _panels(shown):
+        cards = [card("figure_panels", panels=panels)]
+        yield PageSection("figures", "Pictures", cards, nav="Pictures")
+    if groups := _groups(report, player):
         caption = (
             "A positive difference supports the claim; “not worse” allows the margin. A claim "
             "unfolds its quote, its worst runs and the reasons of its verdicts."
         )
         cards = [card("verdict_groups", groups=groups)]
         yield PageSection("verdicts", "Verdicts", cards, caption=caption, nav="Verdicts")
+    for section in others:
+        if section.key == "differences":
+            cards = [card("texts", paragraphs=_paragraphs(section.paragraphs))]
+            yield PageSection(section.key, section.title, cards, nav="Differences")
     yield PageSection("details", "Details", [*_folds(report)], nav="Details")
 
 
 def _main_table(report: Report, player: PlayerContent) -> Markup:
     """Return the main table; a value opens its worst run and shows the verdict on its claim."""
     main, verdicts = report.paper.main_table, {row.claim.name: row for row in report.verdicts}
-    rows = []
+    settings, rows = shown_settings(report.paper), []
     for row in main.rows:
-        values_by_setting = [main_values(row, setting, report.context) for setting in SETTINGS]
-        positions = [
-            [player.links.get(run) for run in main_runs(row, setting, report.context)]
-            for setting in SETTINGS
-        ]
-        if not main.columns:
-            values_by_setting = [[row.separator.join(values)] for values in values_by_setting]
-        ours = [
-            [
+        ours = []
+        for setting in settings:
+            cell = main_cell(row, setting, report.context)
+            positions = [player.links.get(run) for run in main_runs(row, setting, report.context)]
+            values = [
                 {
-                    "text": values_by_setting[k][i],
-                    "share": _share(values_by_setting[k][i]),
-                    "position": positions[k][i] if i < len(positions[k]) else None,
+                    "text": text,
+                    "position": positions[i] if i < len(positions) else None,
                     **_mark(verdicts.get(row.claims[i]) if i < len(row.claims) else None, setting),
                 }
-                for k, setting in enumerate(SETTINGS)
+                for i, text in enumerate(cell.values)
             ]
-            for i in range(len(values_by_setting[0]))
-        ]
-        rows.append({"labels": row.labels, "paper": row.paper, "ours": ours})
+            ours.append({"values": values, "total": cell.total})
+        theirs = MainCell.parse(row.paper)
+        paper = {"values": [{"text": text} for text in theirs.values], "total": theirs.total}
+        rows.append({"labels": row.labels, "cells": [paper, *ours]})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
-    videos = "Our videos are not those of the paper: compare orders, not numbers."
-    notes = [main.caption, *([colours] if verdicts else []), videos]
+    notes = [main_caption(report.context), *([colours] if verdicts else []), SETTINGS_SENTENCE]
     return card(
         "paper_table",
-        heading=" / ".join(main.headings),
-        columns=main.columns or [""],
-        settings=[*SETTING_LABELS.values()],
+        headings=main.headings,
+        columns=["paper", *settings.values()],
         rows=rows,
-        notes=notes,
-        is_paired=any(len(row.paper) > 1 for row in main.rows),
+        digits=max(len(v["text"]) for row in rows for cell in row["cells"] for v in cell["values"]),
+        notes=[without_markup(note) for note in notes],
     )
 
 
@@ -157,103 +139,68 @@ def _mark(row: VerdictRow | None, setting: str) -> dict[str, str]:
     return {"tone": TONES.get(verdict, ""), "tip": tip}
 
 
-def _share(value: str) -> float | None:
-    number = re.fullmatch(r"(\d+) %", value)
-    return int(number[1]) / 100 if number else None
-
-
 def _panels(figures: Sequence[PaperFigure]) -> list[dict[str, Any]]:
     """Return the figures of the paper; all files of a figure share a panel."""
     panels: dict[str, list[PaperFigure]] = {}
     for figure in figures:
         panels.setdefault(figure.label.partition(",")[0], []).append(figure)
-    return [_panel(label, files) for label, files in panels.items()]
+    return [_panel(label, of_panel) for label, of_panel in panels.items()]
 
 
 def _panel(label: str, figures: Sequence[PaperFigure]) -> dict[str, Any]:
-    """Return a figure: a strip as frames with one row per tracker, other figures as pictures."""
-    figure, strip = figures[0], figures[0].strip
-    caption = f"{figure.caption[:1].upper()}{figure.caption[1:].rstrip('.')}."
-    panel = {"label": label, "caption": caption, "frames": [], "rows": [], "pictures": []}
-    if strip is None:
-        pictures = [
-            compress_picture(drawing.path.read_bytes()) for drawing in figures if drawing.path
-        ]
-        description = f"Ours: {figure.description.rstrip('.')}."
+    """Return the figures of a panel: a film strip, or pictures."""
+    (figure, *_) = figures
+    caption = figure.caption
+    panel = {"label": label, "caption": f"{caption[:1].upper()}{caption[1:].rstrip('.')}."}
+    description = f"Ours: {without_markup(figure.description).rstrip('.')}."
+    if figure.strip is None:
+        pictures = [compress_picture(drawn.path.read_bytes()) for drawn in figures if drawn.path]
         return panel | {"description": description, "pictures": pictures}
-    colours = (
-        "; green: tracked or lost as in the paper; red: not" if figure.definition.paper else ""
+    states = (
+        ""
+        if not _has_states(figure.strip)
+        else (" Green: tracked or lost as in the paper; red: not.")
     )
-    description = (
-        f"Ours: {figure.description} White: true {figure.definition.shape}; solid: as written; "
-        f"dashed: recommended; px: centre error{colours}."
-    )
-    rows = []
-    for index, tracker in enumerate(figure.definition.trackers):
-        runs = [(label, measured) for name, label, measured in strip.rows if name == tracker.name]
-        paper = figure.definition.paper.get(tracker.name, [""] * len(strip.frames))
-        tiles = [
-            _tile(strip.sequence[frame], frame, runs, state, figure.definition.shape, index)
-            for frame, state in zip(strip.frames, paper, strict=True)
-        ]
-        rows.append((index, tracker.name, tiles))
-    frames = [f"frame {number}" for number in figure.definition.frames]
-    return panel | {"description": description, "frames": frames, "rows": rows}
+    return panel | {
+        "description": f"{description} {COLOUR_SENTENCE}{states}",
+        "n_columns": len(figure.strip.labels),
+        "rows": [(row.name, [*_tiles(figure.strip, row)]) for row in figure.strip.rows],
+    }
 
 
-def _tile(
-    image: Image,
-    frame: int,
-    runs: Sequence[tuple[str, MeasuredRun]],
-    paper: str,
-    shape: str,
-    tracker: int,
-) -> tuple[Markup, list[tuple[str, str, str]]]:
-    """Return a frame with the boxes of both settings, and notes: label, text and tone of each.
+def _has_states(strip: Strip) -> bool:
+    return any(note.tone for row in strip.rows for notes in row.notes for note in notes)
 
-    `paper`: `tracked` or `lost` in the paper, or empty.
-    """
-    notes = [("paper", paper, "")] if paper else []
-    for setting, measured in runs:
-        state = "tracked" if measured.on_target[frame] else "lost"
-        outcome = (
-            f"{state} ({measured.error[frame]:.0f} px)" if measured.present[frame] else MISSING
-        )
-        notes.append((setting, outcome, paper and ("good" if state == paper else "bad")))
-    frame_image = card(
-        "frame_image",
-        image=next(encode_images([image], round(WIDTH * image.shape[0] / image.shape[1]), 75))[0],
-        size=(image.shape[1], image.shape[0]),
-        truth=runs[0][1].truth.boxes[frame],
-        boxes=[(tracker, dash, measured.boxes[frame]) for dash, (_, measured) in enumerate(runs)],
-        description=", ".join(f"{name}: {outcome}" for name, outcome, _ in notes),
-        is_ellipse=shape == "ellipse",
-    )
-    return frame_image, notes
+
+def _tiles(strip: Strip, row: StripRow) -> Iterator[dict[str, Any]]:
+    """Yield image, description and notes of each frame in a row of a strip."""
+    for column, label in enumerate(strip.labels):
+        tile = strip.tile(row, column)
+        notes = row.notes[column] if row.notes else ()
+        states = [f"{note.label}: {note.text}" for note in notes]
+        yield {
+            "image": next(encode_images([tile], tile.shape[0], QUALITY))[0],
+            "size": tile.shape[1::-1],
+            "description": ", ".join([f"{row.name}, {label}", *states]),
+            "notes": notes,
+        }
 
 
 def _groups(report: Report, player: PlayerContent) -> list[dict[str, Any]]:
-    """Return the claims by their verdicts in both settings; groups without claims are left out."""
-    groups = {
-        "both": ("Holds in both settings", "good"),
-        "one": ("Holds in one setting", "undecided"),
-        "neither": ("Holds in neither setting", "bad"),
-        "inconclusive": ("Inconclusive in both settings", "undecided"),
-        "numbers": ("Not testable", "none"),
-    }
-    items: dict[str, list[dict[str, Any]]] = {key: [] for key in groups}
+    """Return the claims by their verdicts in the setting recommended."""
+    items: dict[str, list[dict[str, Any]]] = {label: [] for label in VERDICTS}
     for row in report.verdicts:
-        verdicts = [row.verdicts[setting].verdict for setting in SETTINGS]
-        key = ("neither", "one", "both")[verdicts.count("holds")]
-        if "not testable" in verdicts:
-            key = "numbers"
-        elif set(verdicts) == {"inconclusive"}:
-            key = "inconclusive"
-        items[key].append(_item(row, report.context, player))
+        label = row.verdicts[SETTINGS[-1]].verdict
+        items[label].append(_item(row, report.context, player))
     return [
-        {"key": f"group-{key}", "title": title, "tone": tone, "claims": items[key]}
-        for key, (title, tone) in groups.items()
-        if items[key]
+        {
+            "key": f"group-{label.replace(' ', '-')}",
+            "title": f"{label[:1].upper()}{label[1:]}, {SETTING_LABELS[SETTINGS[-1]]}",
+            "tone": TONES.get(label, "none"),
+            "claims": claims,
+        }
+        for label, claims in items.items()
+        if claims
     ]
 
 
@@ -296,24 +243,24 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
 
 
 def _folds(report: Report) -> Iterator[Markup]:
-    """Yield the sections of the report that are folded; the others have sections of the page."""
-    for section in report.sections:
-        paragraphs = [p for text in section.paragraphs for p in _paragraphs(text)]
-        if section.key not in ("numbers", "figures") and (paragraphs or section.tables):
+    """Yield the sections that are folded: the rest of the page, and its details."""
+    shown = ("numbers", "pictures", "verdicts", "differences", "figures")
+    for section in report.sections + report.details:
+        paragraphs = _paragraphs(section.paragraphs)
+        if section.key not in shown and (paragraphs or section.tables):
             yield card(
                 "fold",
                 key=f"fold-{section.key}",
-                title=section.fold_title or section.title,
-                summary=section.hint or section.command,
+                title=section.title,
                 paragraphs=paragraphs,
-                tables=[] if section.fold_title else [*map(PageTable, section.tables)],
-                commands=[section.command] if section.command else [],
+                tables=[*map(PageTable, section.tables)],
+                commands=section.commands,
             )
 
 
-def _paragraphs(markdown: str) -> list[str]:
-    """Return the paragraphs and the items of a text in Markdown, without its marks."""
-    parts = re.split(r"\n\s*\n|\n(?=[-*] )", markdown.strip())
+def _paragraphs(texts: Sequence[str]) -> list[str]:
+    """Return the paragraphs and the items of texts in Markdown, without their marks."""
+    parts = [part for text in texts for part in re.split(r"\n\s*\n|\n(?=[-*] )", text.strip())]
     return [without_markup(part) for part in parts if part]
 
 

@@ -1,44 +1,92 @@
-"""Page of a paper in Markdown."""
+"""Pages of a paper in Markdown: the page with its pictures, and the page with details."""
 
 from collections.abc import Iterator, Sequence
+from os.path import relpath
 from pathlib import Path
 
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.sections import Section
+from trackmark.bench.papers.sections import Section, answer
+from trackmark.bench.papers.strips import draw_picture, to_webp
 from trackmark.reports.renderers import to_markdown
 
-
-def write_markdown_page(path: Path, report: Report) -> None:
-    """Write the page of a paper."""
-    write_file(path, page(report, path.parent))
+DETAILS = "-details"
+"""Ending of the stem of the page with details."""
 
 
-def page(report: Report, folder: Path) -> str:
-    """Return the page of a paper in Markdown, with links to figures in the page's `folder`."""
-    about, *sections = report.sections
-    parts = [f"# {report.paper.title}", report.paper.citation, *about.paragraphs]
-    for number, section in enumerate(sections, 1):
-        parts += [f"## {number} {section.title}", *blocks(section, folder)]
+def write_markdown_pages(path: Path, pictures: Path, report: Report) -> None:
+    """Write the page of a paper, its details next to it, and its film strips into a folder."""
+    for figure in report.pictures:
+        if figure.strip:
+            write_file(picture_file(figure, pictures, report), to_webp(draw_picture(figure.strip)))
+    write_file(path, page(report, path, pictures))
+    write_file(details_file(path), details_page(report, path))
+
+
+def details_file(path: Path) -> Path:
+    """Return the file of the details of a page."""
+    return path.with_stem(f"{path.stem}{DETAILS}")
+
+
+def picture_file(figure: PaperFigure, pictures: Path, report: Report) -> Path:
+    """Return the file of a film strip in the folder of pictures."""
+    return pictures / f"{report.paper.name}-{figure.name}.webp"
+
+
+def page(report: Report, path: Path, pictures: Path) -> str:
+    """Return the page of a paper; its links are relative to `path`."""
+    details = details_file(path).name
+    more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
+    parts = [f"# {report.paper.title}", report.paper.citation]
+    finding, *counts = answer(report.paper, report.verdicts) or [report.paper.method]
+    parts += [f"**{finding}**" if counts else finding, *counts, more]
+    for section in report.sections:
+        parts += [f"## {section.title}", *_paragraphs(section)]
+        for figure in section.figures:
+            file = Path(relpath(picture_file(figure, pictures, report), path.parent)).as_posix()
+            parts += [f"![{alternative_text(figure)}]({file})", f"*{_figure_caption(figure)}*"]
+        parts += _tables(section)
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
-def blocks(section: Section, folder: Path) -> Iterator[str]:
-    """Yield the parts of a section. The command is that of the full report."""
-    if section.command:
-        yield f"    {section.command}"
+def details_page(report: Report, path: Path) -> str:
+    """Return the page with details; its links are relative to `path`, the page of the paper."""
+    title = report.paper.title.partition(":")[0]
+    parts = [f"# Details: {title}", f"[Results and verdicts]({path.name})"]
+    for section in report.details:
+        parts += [f"## {section.title}", *_paragraphs(section)]
+        if section.figures:
+            parts.append(_figure_list(section.figures))
+        parts += _tables(section)
+    return "\n\n".join(part for part in parts if part) + "\n"
+
+
+def alternative_text(figure: PaperFigure) -> str:
+    """Return the text for readers who cannot see a film strip."""
+    assert figure.strip is not None
+    rows = "; ".join(row.name for row in figure.strip.rows)
+    labels = ", ".join(dict.fromkeys(figure.strip.labels))
+    return f"{figure.label}, our scene: {labels}. Rows: {rows}."
+
+
+def _figure_caption(figure: PaperFigure) -> str:
+    return f"{figure.label}: {figure.caption.rstrip('.')}. {figure.description}"
+
+
+def _paragraphs(section: Section) -> Iterator[str]:
+    if section.commands:
+        yield "\n".join(f"    {command}" for command in section.commands)
     yield from section.paragraphs
-    if section.figures:
-        yield _figures(section.figures, folder)
+
+
+def _tables(section: Section) -> Iterator[str]:
     yield from (to_markdown(table).rstrip("\n") for table in section.tables)
 
 
-def _figures(figures: Sequence[PaperFigure], folder: Path) -> str:
+def _figure_list(figures: Sequence[PaperFigure]) -> str:
     rows = []
     for figure in figures:
         file = figure.path.name if figure.path else "report.html"
-        written = figure.path and figure.path.parent == folder
-        link = f"[{file}]({file})" if written else f"`{file}`"
-        rows.append(f"| {figure.label} | {figure.caption} | {link}: {figure.description} |")
+        rows.append(f"| {figure.label} | {figure.caption} | `{file}`: {figure.description} |")
     return "\n".join(["| paper | what it shows | ours |", "|---|---|---|", *rows])

@@ -37,47 +37,44 @@ OptionTexts = dict[NonEmptyText, str]
 
 
 class MainRow(TomlTable):
-    """Row of the main table: the paper's entry and our values in both settings.
+    """Row of the main table: one statement on a video, or one count.
 
-    A cell contains one value per tracker and measure. `function`, which is in the paper's modules,
-    returns the text of a setting's cell instead. `paper`: one text, or one per value.
+    A cell has one value per tracker and measure. Without a `total`, each value is the number of
+    scenes for which a statement is true; its measure is 1 or 0. With a `total`, each value is a
+    mean count, such as tracked clips of 20. With `compares`, the statement is that the first of
+    two trackers has the better value of the measure. A `function` of the paper's modules returns
+    the text of a setting's cell instead.
+
+    `paper`: cell of the paper in the same form, such as `1 of 1`, or `–` if the paper shows none.
     `claims`: claims whose verdicts mark the values on a page, in the order of the values.
     """
 
     labels: Texts
-    paper: Texts
+    paper: NonEmptyText
     claims: Texts = ()
     sequences: SequenceNames = ()
     trackers: TrackerNames = ()
     measures: MeasureNames = ()
+    total: Annotated[int, Field(ge=0)] = 0
+    compares: bool = False
     function: FunctionName | None = None
-
-    @property
-    def separator(self) -> str:
-        """Text between the values of a cell."""
-        return ", " if len(self.measures) > 1 else " / "
 
 
 class MainTable(TomlTable):
-    """Main table of a paper.
-
-    The label columns have `headings`. If a page shows a column per value, `columns` gives the
-    headings of the values; otherwise a cell joins them.
-    """
+    """Main table of a paper; the label columns have `headings`."""
 
     caption: NonEmptyText
     headings: Texts
-    columns: Texts = ()
     rows: tuple[MainRow, ...]
 
 
 class FigureDefinition(TomlTable):
     """Figure of the paper, drawn from our runs.
 
-    A `strip` shows `frames` (numbered as in the paper), one row per tracker and setting. Its scene
-    has the median error of the first tracker in the setting `recommended`. A `plot` shows median
-    and quartiles over scenes of a value per frame. A `function` in the paper's modules draws any
-    other figure; `bench.papers.figures` describes its result.
+    A `strip` shows `frames` (numbered as in the paper), one row per tracker. Its scene has the
+    median error of the first tracker in the setting `recommended`. A `plot` shows median and
+    quartiles over scenes of a value per frame. A `function` in the paper's modules draws any other
+    figure; `bench.papers.figures` describes its result.
     """
 
     kind: Literal["strip", "plot", "function"]
@@ -216,6 +213,7 @@ class Paper(TomlTable):
     chain: tuple[ChainStep, ...] = ()  # from the text to the defaults, in this order
     main_table: MainTable
     figure: dict[NonEmptyText, FigureDefinition] = Field(default={})
+    pictures: Annotated[Texts, Field(max_length=2)] = ()  # strips on the page, by their file stems
     claims: dict[str, InstanceOf[Claim]]
 
     @model_validator(mode="after")

@@ -10,12 +10,12 @@ from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers import ReproductionOptions, check_paper_name
 from trackmark.bench.papers.evidence import verdict_rows
 from trackmark.bench.papers.figures import PaperFigure, draw_figures
+from trackmark.bench.papers.main_table import main_table
 from trackmark.bench.papers.measures import paper_module
 from trackmark.bench.papers.paper import Paper, read_paper, read_sensitivity
 from trackmark.bench.papers.plan import plan_experiments, required_cases, sensitivity_cases
 from trackmark.bench.papers.runs import Context, PaperRuns
-from trackmark.bench.papers.sections import Section, report_sections
-from trackmark.bench.papers.tables import main_table
+from trackmark.bench.papers.sections import Section, details_sections, page_sections
 from trackmark.bench.papers.verdicts import VerdictRow
 from trackmark.bench.store.keys import RunKey
 from trackmark.reports.tables import Table
@@ -29,7 +29,8 @@ class Report:
     main: list[Table]  # main tables of the paper with our values
     figures: list[PaperFigure]  # figures of the paper, drawn from our runs
     verdicts: list[VerdictRow]  # one per claim; empty for a quick report
-    sections: list[Section]  # of all pages, in reading order
+    sections: list[Section]  # of the page, in reading order
+    details: list[Section]  # of the page with details
 
     @property
     def paper(self) -> Paper:
@@ -39,7 +40,12 @@ class Report:
     @property
     def tables(self) -> list[Table]:
         """All tables of the report, in reading order."""
-        return [table for section in self.sections for table in section.tables]
+        return [table for section in self.sections + self.details for table in section.tables]
+
+    @property
+    def pictures(self) -> list[PaperFigure]:
+        """Film strips of the page."""
+        return [figure for section in self.sections for figure in section.figures]
 
 
 class Reproduction:
@@ -87,7 +93,12 @@ class Reproduction:
         figures = draw_figures(context)
         verdicts = [] if quick else verdict_rows(context, progress)
         return Report(
-            context, main, figures, verdicts, report_sections(context, main, figures, verdicts)
+            context,
+            main,
+            figures,
+            verdicts,
+            page_sections(context, main[0], figures, verdicts),
+            details_sections(context, main[1:], figures, verdicts),
         )
 
 

@@ -1,13 +1,18 @@
-"""Sections of a report, in the order of its HTML page, Markdown page and terminal output."""
+"""Sections of a paper's page and of its details page, in reading order.
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+The Markdown pages, the HTML page and the terminal output show the same sections.
+"""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
 from trackmark.bench.papers import paper_file
+from trackmark.bench.papers.choices import choice_table
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.paper import Paper, read_sensitivity
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.settings import clip_command, default_sentences, setting_table
+from trackmark.bench.papers.strips import COLOUR_SENTENCE
 from trackmark.bench.papers.tables import criteria_table, sensitivity_table
 from trackmark.bench.papers.verdicts import VerdictRow, setting_counts, verdict_table
 from trackmark.reports.tables import Table
@@ -17,18 +22,33 @@ RULES = (
     "scenes holds if its interval lies above 1/2, because the paper shows one run. Differences are "
     "positive if they support the claim. A claim on a difference holds if its interval lies above "
     "0. A claim that a tracker is not worse holds if its interval lies above -margin and the "
-    "scenes are enough to show that a difference is small. Numbers that were measured on the "
-    "paper's videos are not testable."
+    "scenes are enough to show that a difference is small. See "
+    "[verdicts on claims](../verdicts.md)."
 )
 VIDEOS = (
     "The paper's videos are not included; if you have one, [run the trackers on it](clips.md). "
     "Synthetic scenes, drawn from the paper's descriptions, replace the videos. The paper's "
-    "numbers are therefore printed next to ours, but our results need not reach them. Some scenes, "
-    "claims and settings were changed after results had been seen; the "
-    "[history](history.md#{paper}) lists the changes. There are two settings: `as-written` takes "
-    "the text literally; `recommended` differs from `as-written` only in the values that the "
-    "section *Settings* lists."
+    "numbers are therefore printed next to ours, but our results need not reach them."
 )
+SETTINGS_SENTENCE = (
+    "`As written` takes the printed equations and numbers literally. `Recommended` is the default "
+    "preset of each tracker."
+)
+LABEL_SENTENCES = {
+    "by construction": (
+        "*By construction*: a criterion that selected the scenes uses the result of the claim, so "
+        "the claim is not counted."
+    ),
+    "not testable here": (
+        "*Not testable here*: our scenes can show nothing about the claim, for example because all "
+        "compared trackers keep the target in nearly all scenes (*ceiling*) or lose it in nearly "
+        "all (*floor*)."
+    ),
+}
+"""Explanations of verdicts that are not counted, by their labels."""
+
+DIFFERS, DECIDED = "What differs and why", "Decided after results had been seen"
+"""Headings in `notes.md`."""
 
 
 @dataclass(frozen=True)
@@ -40,59 +60,71 @@ class Section:
     paragraphs: Sequence[str] = ()  # Markdown
     tables: Sequence[Table] = ()
     figures: Sequence[PaperFigure] = ()
-    command: str = ""
-    hint: str = ""  # content, printed next to the title of a folded section
-    fold_title: str = ""  # of the paragraphs, if a page shows the tables elsewhere
+    commands: Sequence[str] = ()
 
 
-def report_sections(
+def answer(paper: Paper, verdicts: Sequence[VerdictRow]) -> list[str]:
+    """Return the finding, the sum line of each setting, and explanations of their labels.
+
+    A quick report has no verdicts, and its answer is empty.
+    """
+    if not verdicts:
+        return []
+    labels = {verdict.verdict for row in verdicts for verdict in row.verdicts.values()}
+    explanations = [text for label, text in LABEL_SENTENCES.items() if label in labels]
+    return [paper.finding, *setting_counts(verdicts), " ".join(explanations)]
+
+
+def page_sections(
+    context: Context,
+    main: Table,
+    figures: Sequence[PaperFigure],
+    verdicts: Sequence[VerdictRow],
+) -> list[Section]:
+    """Return the sections of a paper's page after the answer.
+
+    A quick report has no verdicts, and no notes on differences and decisions.
+    """
+    paper, notes = context.paper, read_notes(context.paper.name)
+    of_page = {figure.name: figure for figure in figures if figure.name in paper.pictures}
+    strips = [of_page[name] for name in paper.pictures if name in of_page]
+    judged = [
+        Section("verdicts", "Verdicts", tables=[verdict_table(verdicts)] if verdicts else []),
+        Section("differences", DIFFERS, [notes.get(DIFFERS, "")]),
+    ]
+    return [
+        Section("numbers", "The paper's results and ours", [SETTINGS_SENTENCE], [main]),
+        Section("pictures", "Pictures", [COLOUR_SENTENCE] if strips else [], figures=strips),
+        *(judged if verdicts else []),
+        setting_section(paper),
+        *([Section("decided", DECIDED, [notes.get(DECIDED, "")])] if verdicts else []),
+        command_section(context, notes),
+    ]
+
+
+def details_sections(
     context: Context,
     main: Sequence[Table],
     figures: Sequence[PaperFigure],
     verdicts: Sequence[VerdictRow],
 ) -> list[Section]:
-    """Return the sections of a report; a quick report has neither verdicts nor differences."""
-    paper, options = context.paper, context.options
-    notes = read_notes(paper.name)
-    about = [f"**Method.** {paper.method}"]
-    sections = [
-        Section("numbers", "The paper's numbers and ours", tables=main),
-        Section("figures", "Figures", figures=figures),
-    ]
-    if verdicts:
-        about.append(f"**Result.** {paper.finding} {notes.get('Result', '')}".rstrip())
-        rules = f"{RULES} See [verdicts on claims](../verdicts.md)."
-        counts = f"{len(verdicts)} claims. {'; '.join(setting_counts(verdicts))}."
-        sections += [
-            Section(
-                "verdicts",
-                "Verdicts",
-                [rules, counts],
-                [verdict_table(verdicts)],
-                fold_title="Rules of the verdicts",
-            ),
-            Section("differences", "What differs and why", [notes.get("What differs and why", "")]),
-        ]
-    sensitivity = Section(
-        "choices",
-        "Sensitivity (no verdicts)",
-        [f"Written by `trackmark reproduce {paper.name} --all`."],
-        hint="open choices",
+    """Return the sections of a paper's details page; `main`: tables in addition to the main one."""
+    paper = context.paper
+    written = f"Written by `trackmark reproduce {paper.name} --all`."
+    tables = (
+        [sensitivity_table(context, read_sensitivity(paper))]
+        if context.options.with_sensitivity
+        else []
     )
-    if options.with_sensitivity:
-        table = sensitivity_table(context, read_sensitivity(paper))
-        sensitivity = replace(sensitivity, paragraphs=[], tables=[table])
-    effects = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
-    effects = f"{effects} {notes.get('How long it takes', '')}".rstrip()
-    criteria, settings = criteria_table(paper.name), setting_section(paper)
+    history = f"The [history](history.md#{paper.name}) lists changes of scenes and claims."
     return [
-        Section("method", "Method and videos", [*about, VIDEOS.format(paper=paper.name)]),
-        *sections,
-        Section("scenes", "The scenes", tables=[criteria], hint="criteria, and values"),
-        settings,
-        sensitivity,
-        Section("command", "How to run it", [effects], command=options.command(paper.name)),
-        clip_section(paper),
+        Section("method", "Method and videos", [paper.method, VIDEOS, history]),
+        *([Section("rules", "Rules of the verdicts", [RULES])] if verdicts else []),
+        Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
+        Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
+        Section("sensitivity", "Sensitivity", [] if tables else [written], tables),
+        *(Section(table.name, table.name.capitalize(), tables=[table]) for table in main),
+        Section("figures", "Figures", figures=figures),
     ]
 
 
@@ -100,19 +132,23 @@ def setting_section(paper: Paper) -> Section:
     """Return the section on the values of the settings."""
     return Section(
         "parameters",
-        "Settings",
+        "From the text to the default",
         default_sentences(paper),
         [setting_table(paper)],
-        hint="parameters that differ",
     )
 
 
-def clip_section(paper: Paper) -> Section:
-    """Return the section on clips of the paper that a reader has."""
-    recipe = "[docs/papers/clips.md](clips.md)"
-    text = f"Runs the paper's trackers in both settings on a clip. Recipe: {recipe}."
-    command = clip_command(paper)
-    return Section("clip", "On a clip of the paper", [text], command=command, hint="command")
+def command_section(context: Context, notes: Mapping[str, str]) -> Section:
+    """Return the section on the command of the report, and on clips that a reader has."""
+    paper, options = context.paper, context.options
+    effects = "`--all` adds the sensitivity table; `--quick` omits the verdicts."
+    clip = (
+        "The second command runs the paper's trackers in both settings on a clip of the paper that "
+        "you have, as [described here](clips.md)."
+    )
+    texts = [f"{effects} {notes.get('How long it takes', '')}".rstrip(), clip]
+    commands = [options.command(paper.name), clip_command(paper)]
+    return Section("command", "How to run it", texts, commands=commands)
 
 
 def read_notes(paper: str) -> dict[str, str]:

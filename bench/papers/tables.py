@@ -2,43 +2,12 @@
 
 import pandas as pd
 
-from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.cases import cases
+from trackmark.bench.papers import SETTING_LABELS
 from trackmark.bench.papers.criteria import read_criteria, read_values
 from trackmark.bench.papers.measures import Measure
-from trackmark.bench.papers.paper import MainRow, Sensitivity
+from trackmark.bench.papers.paper import Sensitivity
 from trackmark.bench.papers.runs import Context
 from trackmark.reports.tables import MISSING, Table, text_table
-
-
-def main_table(context: Context) -> Table:
-    """Return the paper's numbers and ours in both settings, row by row."""
-    main, n_scenes = context.paper.main_table, context.n_scenes
-    headings = [*main.headings, "paper", *SETTING_LABELS.values()]
-    rows = [
-        [
-            *row.labels,
-            row.separator.join(row.paper),
-            *(row.separator.join(main_values(row, setting, context)) for setting in SETTINGS),
-        ]
-        for row in main.rows
-    ]
-    verb, scenes = ("is", "1 scene") if n_scenes == 1 else ("are", f"{n_scenes} scenes")
-    caption = f"{main.caption} There {verb} {scenes} per sequence."
-    return text_table("main", caption, headings, rows, len(main.headings))
-
-
-def main_values(row: MainRow, setting: str, context: Context) -> list[str]:
-    """Return the values of a row in a setting as texts, by tracker, then by measure."""
-    if row.function:
-        return [str(row.function(context, setting))]
-    cells = []
-    for tracker in row.trackers:
-        of_row = cases([tracker], row.sequences, setting, context.n_scenes)
-        for measure in row.measures:
-            values = pd.concat([context.runs.values(case, measure) for case in of_row])
-            cells.append(format_mean(values, measure, len(row.sequences[0].members)))
-    return cells
 
 
 def sensitivity_table(context: Context, table: Sensitivity) -> Table:

@@ -1,4 +1,4 @@
-"""Terminal output of a reproduction: counts of verdicts, main table, failed claims and files."""
+"""Terminal output of a reproduction: sum lines, main table, failed claims and the page."""
 
 import textwrap
 from pathlib import Path
@@ -21,21 +21,17 @@ def report_lines(
 ) -> list[str]:
     """Return the output of `trackmark reproduce` for a terminal.
 
-    The last line names the page in `folder`. With `verbose`, the output contains the verdicts on
-    all claims. With `quiet`, it has only the counts of verdicts, or the title if there are no
-    verdicts.
+    The sum line of each setting comes first, and the last line names the page in `folder`. With
+    `verbose`, the output contains the verdicts on all claims. With `quiet`, it has only the sum
+    lines, or the title if there are no verdicts.
     """
-    lines = [*textwrap.wrap(report.paper.title, width()), *setting_counts(report.verdicts)]
+    title, sums = textwrap.wrap(report.paper.title, width()), setting_counts(report.verdicts)
     if quiet:
-        return lines
+        return sums or title
+    lines = [*sums, *(textwrap.wrap(report.paper.finding, width()) if sums else title)]
+    lines += ["", *terminal_lines(report.main[0])]
     if report.verdicts:
-        lines += textwrap.wrap(report.paper.finding, width())
-    for section in report.sections:
-        if section.key == "numbers":
-            for table in section.tables:
-                lines += ["", *terminal_lines(table)]
-        elif section.key == "verdicts":
-            lines += _claims(report.verdicts, verbose)
+        lines += _claims(report.verdicts, verbose)
     return [*lines, "", f"Report  {folder / 'report.html'}"]
 
 

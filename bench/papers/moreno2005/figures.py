@@ -1,10 +1,10 @@
 """Figures of the paper on our sequences: densities, errors, steps of the tracker, film strips.
 
 Stored runs contain neither contours nor maps. For the film strips the trackers therefore run again
-on the first scene of each sequence. Frames are evenly spaced.
+on the scene with the median error. Frames are evenly spaced.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -14,9 +14,12 @@ from numpy.typing import NDArray
 
 from trackmark import datasets
 from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers import SETTINGS
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.cases import Case
+from trackmark.bench.papers.figures import median_scene
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -38,11 +41,13 @@ from trackmark.bench.papers.moreno2005.stages import (
     true_contour,
 )
 from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.strips import Image, Note, Strip, StripRow
 from trackmark.bench.statistics.intervals import mean_interval
-from trackmark.reports.overlay import TRUTH, evenly_spaced, film_strip
+from trackmark.reports.overlay import evenly_spaced
 from trackmark.trackers.contours.chain import Hypotheses
 
-Strip: TypeAlias = NDArray[np.uint8]
+Specs: TypeAlias = Mapping[tuple[str, str], str]
+Runs: TypeAlias = Mapping[tuple[str, str], Run]
 Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = Mapping[int, Mapping[str, Any]]
 
@@ -53,7 +58,8 @@ GRIDS = np.linspace(*COLOURS, 121), np.linspace(*POSITIONS, 161)
 REPETITIONS = 40  # trajectories of Fig. 2
 STRIPS = {7: "ellipse", 8: "octopus", 9: "book", 10: "leaf"}
 COMPARED = ("book", "leaf")  # sequences that the paper also shows with the baseline
-FRAMES, WIDTH = 6, 1940  # frames of a strip
+FULL, BASELINE, SHOWN = "full", "smooth colour", "recommended"
+FRAMES = 4  # of a strip
 UNKNOWN = 0.35  # grey level of a frame without a map
 
 
@@ -143,73 +149,70 @@ def step_figures(context: Context) -> dict[str, Figure]:
     return figures
 
 
-def film_strips(context: Context) -> dict[str, Strip]:
+def film_strips(context: Context) -> dict[str, Strip | None]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
-    requests = []
-    for figure, sequence in STRIPS.items():
-        scene = context.paper.first_scene(sequence)
-        trackers = ["full", *(["smooth colour"] if sequence in COMPARED else [])]
-        specs = {
-            f"{tracker}, {setting}": context.paper.spec(tracker, setting)
-            for tracker in trackers
-            for setting in SETTINGS
-        }
-        requests.append((figure, scene, specs))
-    strips = map_in_workers(_strip, requests, context.jobs)
-    return {f"figure-{figure}": strip for figure, strip in zip(STRIPS, strips, strict=True)}
+    paper, requests = context.paper, dict[str, tuple[str, Specs]]()
+    for figure, name in STRIPS.items():
+        case = Case(paper.spec(FULL, "recommended"), paper.sequences[name], context.n_scenes)
+        if scene := median_scene(case, context):
+            trackers = [FULL, *([BASELINE] if name in COMPARED else [])]
+            specs = {
+                (tracker, label): paper.spec(tracker, setting)
+                for tracker in trackers
+                for setting, label in SETTING_LABELS.items()
+            }
+            requests[f"figure-{figure}"] = scene, specs
+    strips = map_in_workers(_strip, requests.values(), context.jobs)
+    return dict(zip(requests, strips, strict=True))
 
 
-def _strip(request: tuple[int, str, Mapping[str, str]]) -> Strip:
-    """Draw frames of a scene: one row of contours per tracker, one row of maps per setting.
+def _strip(request: tuple[str, Specs]) -> Strip:
+    """Draw frames of a scene: a row of contours per tracker, then the maps of the method.
 
-    A request has the number of the figure, the scene, and trackers by their labels.
+    A request has the scene, and the specifications of trackers by name and label of the setting.
     """
-    figure, scene, specs = request
+    scene, specs = request
     sequence = datasets.load(scene)
     frames = evenly_spaced(sequence.first_frame, len(sequence) - 1, FRAMES)
-    truth = {frame: true_contour(sequence, frame) for frame in frames}
     trackers = [(parse_tracker(spec), 0) for spec in specs.values()]
-    runs = run_protocol(trackers, sequence, keep_arrays=True).runs
-    rows = []
-    for label, run in zip(specs, runs, strict=True):
-        if run.failure or run.segmentation is None:
-            continue
-        values = run.segmentation.region_similarity
-        similarities = {frame: f"(J = {values[frame]:.2f})" for frame in frames[1:]}
-        contours = {
-            frame: _array(run.arrays, frame, "contour", np.empty((0, 2))) for frame in frames
-        }
-        rows.append(
-            film_strip(
-                sequence.__getitem__,
-                frames,
-                {TRUTH: truth, label.partition(",")[0]: contours},
-                f"Fig. {figure}, {scene}: {label}",
-                FRAMES,
-                WIDTH,
-                shape="contour",
-                remarks={frames[0]: "(given)", **similarities},
+    runs = dict(zip(specs, run_protocol(trackers, sequence, keep_arrays=True).runs, strict=True))
+    images = [sequence[frame] for frame in frames]
+    rows = [
+        _contours(tracker, runs, images, frames) for tracker in dict.fromkeys(t for t, _ in specs)
+    ]
+    rows.append(_maps(runs[FULL, SHOWN], images, frames))
+    chosen = f"`{scene}`, which has the median error of {FULL}, recommended"
+    labels = [f"frame {frame}" for frame in frames]
+    truth = [true_contour(sequence, frame) for frame in frames]
+    return Strip(chosen, labels, truth, rows, "contour")
+
+
+def _contours(tracker: str, runs: Runs, images: Sequence[Image], frames: Sequence[int]) -> StripRow:
+    """Return a row with the contours of a tracker in both settings, and its J."""
+    of_tracker = {label: run for (name, label), run in runs.items() if name == tracker}
+    nothing = np.full((1, 2), np.nan)
+    contours = [
+        {label: _array(run.arrays, frame, "contour", nothing) for label, run in of_tracker.items()}
+        for frame in frames
+    ]
+    notes = [
+        [
+            Note(
+                label, f"J = {run.segmentation.region_similarity[frame]:.2f}" if frame else "given"
             )
-        )
-        if label.startswith("full"):
-            rows.append(_maps(sequence, run.arrays, frames, truth, label))
-    return np.vstack(rows)
+            for label, run in of_tracker.items()
+            if run.segmentation is not None
+        ]
+        for frame in frames
+    ]
+    return StripRow(f"{tracker}: contour", images, contours, notes)
 
 
-def _maps(
-    sequence: datasets.Sequence, arrays: Frames, frames: list[int], truth: Any, label: str
-) -> Strip:
-    blank = np.full(sequence[frames[0]].shape[:2], UNKNOWN)
-    return film_strip(
-        lambda frame: _grey(_array(arrays, frame, "posterior", blank)),
-        frames,
-        {TRUTH: truth},
-        f"Posterior maps of the best colours, {label.partition(', ')[2]}; white: the target",
-        FRAMES,
-        WIDTH,
-        shape="contour",
-        remarks={frames[0]: "(given)"},
-    )
+def _maps(run: Run, images: Sequence[Image], frames: Sequence[int]) -> StripRow:
+    """Return a row with the posterior maps of the best colours."""
+    blank = np.full(images[0].shape[:2], UNKNOWN)
+    maps = [_grey(_array(run.arrays, frame, "posterior", blank)) for frame in frames]
+    return StripRow(f"{FULL}: posterior map, {SHOWN}", maps, [{}] * len(frames))
 
 
 def _array(arrays: Frames, frame: int, name: str, otherwise: Array) -> Array:
@@ -217,6 +220,6 @@ def _array(arrays: Frames, frame: int, name: str, otherwise: Array) -> Array:
     return np.asarray(arrays[frame][name], np.float64) if frame in arrays else otherwise
 
 
-def _grey(values: Array) -> Strip:
+def _grey(values: Array) -> Image:
     """Convert a map in [0, 1] to a BGR image."""
     return np.repeat(np.round(255 * values).astype(np.uint8)[..., np.newaxis], 3, axis=2)

@@ -1,41 +1,42 @@
 """Fig. 1: frames before, during and after an occlusion, and after a lamp is switched off."""
 
-from functools import cache
-
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark import datasets
-from trackmark.bench.papers import SETTINGS
+from trackmark.bench.papers.cases import Case
+from trackmark.bench.papers.figures import median_scene, runs_by_setting
 from trackmark.bench.papers.nguyen2002.events import hidden_in
 from trackmark.bench.papers.nguyen2002.measures import SWITCH
 from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.strips import Note, Strip, StripRow
 from trackmark.bench.store.truth import StoredTruth
-from trackmark.reports.overlay import TRUTH, film_strip
 
 BEFORE, AFTER = 3, 10  # frames before and after an occlusion; frames after the switch of a lamp
 FEATURES = ("c1c2c3", "intensity", "RGB")
 
 
-def strips(context: Context) -> NDArray[np.uint8] | None:
-    """Draw frames of the first scene, one row per kind of features and setting."""
-    scene = context.paper.first_scene("lights")
-    image_of = cache(datasets.load(scene).__getitem__)  # all rows show the same frames
-    rows = []
+def strip(context: Context) -> Strip | None:
+    """Draw frames of a scene, one row per kind of features, with the revised boxes."""
+    paper = context.paper
+    spec, sequence = paper.spec(FEATURES[0], "recommended"), paper.sequences["lights"]
+    scene = median_scene(Case(spec, sequence, context.n_scenes), context)
+    if not scene:
+        return None
+    images, rows = datasets.load(scene), list[StripRow]()
+    frames, truth = dict[int, str](), np.empty((0, 4))
     for features in FEATURES:
-        for setting in SETTINGS:
-            spec = context.paper.spec(features, setting)
-            for measured in context.runs.measured_runs(spec, scene)[:1]:
-                frames = chosen_frames(measured.truth)
-                boxes = {TRUTH: measured.truth.boxes}
-                boxes |= {
-                    name: measured.in_trajectory(name).boxes for name in ("online", "revised")
-                }
-                title = f"Fig. 1, {features}, {setting.replace('-', ' ')}"
-                rows.append(
-                    film_strip(image_of, list(frames), boxes, title, len(frames), remarks=frames)
-                )
-    return np.vstack(rows) if rows else None
+        runs = runs_by_setting(paper.trackers[features], scene, context)
+        truth = next(iter(runs.values())).truth.boxes
+        frames = chosen_frames(next(iter(runs.values())).truth)
+        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
+        notes = [
+            [Note(label, f"overlap {run.overlap[frame]:.2f}") for label, run in runs.items()]
+            for frame in frames
+        ]
+        rows.append(StripRow(features, [images[frame] for frame in frames], boxes, notes))
+    chosen = f"`{scene}`, which has the median error of {FEATURES[0]}, recommended"
+    labels = [f"{frame} {label}" for frame, label in frames.items()]
+    return Strip(chosen, labels, [truth[frame] for frame in frames], rows)
 
 
 def chosen_frames(truth: StoredTruth) -> dict[int, str]:

@@ -46,6 +46,12 @@ def on_target_at_end(measured: MeasuredRun) -> float:
 
 
 @measure("share")
+def tracked_at_end(measured: MeasuredRun) -> float:
+    """Return 1 if the target is tracked in more than half of the last 20 frames in view, else 0."""
+    return float(on_target_at_end(measured) > 0.5)
+
+
+@measure("share")
 def initialises_behind_tree(measured: MeasuredRun) -> float:
     """Return 1 if the tracker re-initialises behind the tree and tracks afterwards, else 0.
 

@@ -1,0 +1,108 @@
+"""Main table of a paper: statements on videos, or counts, next to ours in equal units.
+
+The paper's cell of a statement is `1 of 1` or `0 of 1`: the statement is true or false for the one
+video that the paper shows. Our cell is the number of scenes for which the statement is true, such
+as `18 of 24`. A count, such as tracked clips of 20, is our mean over scenes or sets.
+"""
+
+from dataclasses import dataclass
+
+import pandas as pd
+
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers.cases import Case, cases
+from trackmark.bench.papers.measures import Measure
+from trackmark.bench.papers.paper import MainRow, Paper
+from trackmark.bench.papers.runs import Context
+from trackmark.bench.papers.settings import setting_differences
+from trackmark.bench.papers.strips import BOTH
+from trackmark.reports.tables import MISSING, Table, text_table
+
+SEPARATOR = " / "
+
+
+@dataclass(frozen=True)
+class MainCell:
+    """Values of a cell, and the number of videos, scenes or objects that they are counted of."""
+
+    values: tuple[str, ...]
+    total: str = ""
+
+    @classmethod
+    def parse(cls, text: str) -> "MainCell":
+        """Read a cell such as `1 / 0 of 1`."""
+        values, _, total = text.partition(" of ")
+        return cls(tuple(values.split(SEPARATOR)), total)
+
+    @property
+    def text(self) -> str:
+        """Return the cell as text."""
+        return SEPARATOR.join(self.values) + (f" of {self.total}" if self.total else "")
+
+
+def shown_settings(paper: Paper) -> dict[str, str]:
+    """Return the settings of the paper's tables with their labels: one if both are equal."""
+    if any(setting_differences(paper).values()):
+        return dict(SETTING_LABELS)
+    return {SETTINGS[-1]: BOTH}
+
+
+def main_table(context: Context) -> Table:
+    """Return the paper's results and ours, row by row."""
+    main, settings = context.paper.main_table, shown_settings(context.paper)
+    headings = [*main.headings, "paper", *settings.values()]
+    rows = [
+        [*row.labels, row.paper, *(main_cell(row, setting, context).text for setting in settings)]
+        for row in main.rows
+    ]
+    return text_table("main", main_caption(context), headings, rows, len(main.headings))
+
+
+def main_caption(context: Context) -> str:
+    """Return the caption of the main table with the number of scenes."""
+    n_scenes = context.n_scenes
+    counted = f"{n_scenes} scene{'s' * (n_scenes != 1)} per sequence"
+    return f"{context.paper.main_table.caption} Ours: {counted}."
+
+
+def main_cell(row: MainRow, setting: str, context: Context) -> MainCell:
+    """Return our cell of a row in a setting."""
+    if row.function:
+        return MainCell.parse(str(row.function(context, setting)))
+    if row.compares:
+        return _counted([_nearer(row, setting, context)])
+    tables = [
+        pd.concat([context.runs.values(case, measure) for case in of_tracker])
+        for tracker in row.trackers
+        for of_tracker in [cases([tracker], row.sequences, setting, context.n_scenes)]
+        for measure in row.measures
+    ]
+    if not row.total:
+        return _counted(tables)
+    form = ".0f" if all(measure.unit == "frames" for measure in row.measures) else ".1f"
+    values = (f"{table['value'].mean():{form}}" if len(table) else MISSING for table in tables)
+    return MainCell(tuple(values), str(row.total))
+
+
+def _counted(tables: list[pd.DataFrame]) -> MainCell:
+    """Return the numbers of scenes for which statements are true, which have the value 1."""
+    total = max((len(table) for table in tables), default=0)
+    counts = [f"{table['value'].sum():.0f}" if len(table) else MISSING for table in tables]
+    return MainCell(tuple(counts), str(total))
+
+
+def _nearer(row: MainRow, setting: str, context: Context) -> pd.DataFrame:
+    """Return 1 for each scene in which the first tracker has the better value, else 0."""
+    (measure,) = row.measures
+    first, second = (
+        _by_scene(cases([tracker], row.sequences, setting, context.n_scenes), measure, context)
+        for tracker in row.trackers
+    )
+    differences = (second - first if measure.lower_is_better else first - second).dropna()
+    return pd.DataFrame({"value": (differences > 0).astype(float)})
+
+
+def _by_scene(of_tracker: list[Case], measure: Measure, context: Context) -> "pd.Series[float]":
+    values = pd.concat([context.runs.values(case, measure) for case in of_tracker])
+    by_scene: pd.Series[float] = values.set_index(["sequence", "rank"])["value"]
+    return by_scene
