@@ -12,7 +12,7 @@ are equally founded, the one with the best mean on the scenes is taken.
 import argparse
 import sys
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
 
@@ -29,6 +29,7 @@ from trackmark.bench.papers.development import (
     FIRST_SCENE,
     Development,
     Variant,
+    n_scenes,
     read_development,
     registered_names,
     together,
@@ -88,16 +89,16 @@ def planned_runs(
     for runs in development.runs:
         tracker = runs.tracker
         options = {key: value for key, value in tracker.options.items() if key != "init"}
-        on_boxes = PaperTracker(
-            tracker.name, tracker.registered_name, options, tracker.setting_options
-        )
+        on_boxes = replace(tracker, options=options)
         for variant in variants(paper, development, tracker):
             spec = _common_spec(variant.spec(tracker), specs)
             for sequence in runs.sequences:
-                for scene in scene_specs(sequence, development.scenes):
+                for scene in scene_specs(sequence, n_scenes(development, variant)):
                     yield VariantRun("scenes", sequence.name, scene, tracker, variant, spec)
+            if variant.kind == "alone" or not runs.recordings:
+                continue
             spec = _common_spec(variant.spec(on_boxes), specs)
-            for name, path in paths.items() if runs.recordings else ():
+            for name, path in paths.items():
                 yield VariantRun("recordings", name, path, tracker, variant, spec)
 
 
@@ -200,7 +201,7 @@ def _rows(values: pd.DataFrame) -> Iterator[dict[str, object]]:
         }
         if row["reference"]:
             other = by_variant[data, group, tracker, row["reference"]]
-            decision = decide((own - other).to_numpy(), CLAIM_MARGIN)
+            decision = decide((own - other[own.index]).to_numpy(), CLAIM_MARGIN)
             result["difference"] = decision.mean
             if decision.interval:
                 result["low"], result["high"] = decision.interval

@@ -65,13 +65,15 @@ class Development(TomlTable):
     """Content of `development.toml`.
 
     `measure`: main measure of the paper's page, a share from 0 to 1. `scenes`: number of scenes per
-    sequence; `why_fewer`: reason, if it is not `N_SCENES`.
+    sequence; `why_fewer`: reason, if it is not `N_SCENES`. `choice_scenes`: number of scenes on
+    which the candidates without a reason run.
     """
 
     measure: MeasureName
     heading: NonEmptyText  # of the measure on a page
     scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
     why_fewer: str = ""
+    choice_scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
     runs: tuple[DevelopmentRuns, ...]
     candidates: tuple[Candidate, ...] = ()
 
@@ -84,6 +86,7 @@ class Variant:
     setting: str
     changed_options: tuple[tuple[str, str], ...] = ()
     reference: str = ""  # name of a variant; empty for the first one
+    kind: Literal["setting", "alone", "together", "reasoned", "choice"] = "setting"
 
     def spec(self, tracker: PaperTracker) -> str:
         """Return the specification of a tracker with the values of the variant."""
@@ -105,20 +108,29 @@ def variants(paper: Paper, development: Development, tracker: PaperTracker) -> l
     found = [Variant(WRITTEN, WRITTEN)]
     steps = paper.steps(tracker.registered_name)
     found += [
-        Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN)
+        Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN, "alone")
         for step in steps
     ]
     previous = WRITTEN
     for n_steps, step in enumerate(steps, 1):
         options = tuple((step.parameter, step.recommended) for step in steps[:n_steps])
-        found.append(Variant(together(step), WRITTEN, options, previous))
+        found.append(Variant(together(step), WRITTEN, options, previous, "together"))
         previous = together(step)
     found.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
     for candidate in development.candidates:
         options = candidate_options(candidate, tracker)
         if options:
-            found.append(Variant(candidate.name, candidate.setting, options, candidate.setting))
+            kind = "reasoned" if candidate.reason else "choice"
+            setting = candidate.setting
+            found.append(Variant(candidate.name, setting, options, setting, kind))
     return found
+
+
+def n_scenes(development: Development, variant: Variant) -> int:
+    """Return the number of scenes per sequence on which a variant runs."""
+    if variant.kind == "choice":
+        return min(development.scenes, development.choice_scenes)
+    return development.scenes
 
 
 def alone(step: ChainStep) -> str:

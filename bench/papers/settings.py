@@ -5,8 +5,11 @@
 the values that the trackers resolve, so that a page cannot omit a difference.
 """
 
+from typing import Any
+
 import pandas as pd
 
+from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.development import (
@@ -25,6 +28,28 @@ from trackmark.bench.papers.development import (
 from trackmark.bench.papers.paper import Paper
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.tables import MISSING, Table, text_table
+from trackmark.trackers import Parameters
+
+
+def parameters(spec: str) -> Parameters:
+    """Return all parameters of a tracker, as its specification resolves them."""
+    name, options = split_text(spec)
+    options.pop("init", None)  # ground truth of the initialisation, not a parameter
+    return trackers.resolve(name, **options).parameters
+
+
+def differences(first: Parameters, second: Parameters) -> dict[str, tuple[Any, Any]]:
+    """Return both values of each parameter that differs, by its name."""
+    others = dict(second)
+    return {key: (value, others[key]) for key, value in first if value != others[key]}
+
+
+def setting_differences(paper: Paper) -> dict[str, dict[str, tuple[Any, Any]]]:
+    """Return the values of the parameters that differ between the settings, by tracker."""
+    return {
+        name: differences(*(parameters(tracker.spec(setting)) for setting in SETTINGS))
+        for name, tracker in paper.trackers.items()
+    }
 
 
 def chain_table(paper: Paper) -> Table:
@@ -57,8 +82,8 @@ def chain_table(paper: Paper) -> Table:
     headings = ["tracker", "parameter", "from", "to", "reason", "alone", "up to here", "recordings"]
     caption = (
         f"Values that differ from the text, and their effect on development data: "
-        f"{development.heading}. Every step is added to those above it; the column *alone* has only "
-        "this step. *Recordings*: mean overlap on seven recordings."
+        f"{development.heading}. Every step is added to those above it; the column alone has only "
+        "this step. Recordings: mean overlap on seven recordings."
     )
     return text_table("chain", caption, headings, rows, 5)
 
@@ -107,7 +132,7 @@ def candidate_table(paper: Paper) -> Table:
                 )
     headings = ["tracker", "value", "reason", development.heading, "recordings"]
     caption = (
-        "Values that were not taken, compared with the default on development data. A *choice* has "
+        "Values that were not taken, compared with the default on development data. A choice has "
         "no reason in the text."
     )
     return text_table("candidates", caption, headings, rows, 3)
