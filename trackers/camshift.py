@@ -42,7 +42,7 @@ class CamShiftParameters(Parameters):
     stop_distance: float = nonnegative(
         2.0, "mean shift stops after a step shorter than this [pixels]"
     )
-    max_iterations: int = integer(10, "maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(11, "maximum number of mean shift steps per frame [count]")
     minimum_saturation: float = fraction(
         0.0, "pixels with a lower saturation get weight 0 [fraction]"
     )
@@ -56,7 +56,7 @@ class CamShift(SharingTracker):
     The baseline "traditional CamShift" of Wang & Tang 2010. The template is the hue histogram of
     the init box. The weight of a pixel is the count of its hue bin, divided by the largest count.
     In each frame the window moves to the centroid of its weights until a step is below
-    `stop_distance`.
+    `stop_distance`, at most 11 times as in `camshift-improved`.
 
     Bradski's CamShift then sets the window's sides to 2 √(M00 · ratio) and 2 √(M00 / ratio). M00 is
     the sum of the weights in the window, `ratio` the init box's width over its height. Wang & Tang

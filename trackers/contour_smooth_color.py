@@ -39,7 +39,7 @@ class ContourSmoothColor(segmenter.Segmenter):
     than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside it, as
     in the first frame.
 
-    The preset `robust`, the details and the arrays are those of `moreno2005`.
+    The details and the arrays are those of `moreno2005`.
     """
 
     name = "contour-smooth-color"
@@ -49,18 +49,15 @@ class ContourSmoothColor(segmenter.Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": segmenter.LITERAL_PARAMETERS,
+        "as-written": segmenter.AS_WRITTEN,
         "recommended": {},
-        "robust": {"snake_stiffness": "by-spacing"},
     }
     Parameters = ContourSmoothColorParameters
 
     def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
         """See `Segmenter.chain_from`."""
         parameters: ContourSmoothColorParameters = self.parameters
-        palettes = MixtureEvaluator(
-            parameters.object_components, parameters.weights, 1.0, parameters.colour_floor
-        )
+        palettes = MixtureEvaluator(parameters.object_components, parameters.weights, 1.0)
         self.plane = plane_cue.GivenPlane(start.basis)
         self.colours = RefittedColours(start.fit, 1, parameters.mixing, palettes)
         return Chain([self.plane, self.colours, self.contour_cue(start)])

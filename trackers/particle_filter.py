@@ -36,7 +36,5 @@ class ParticleFilter(position_filter.PositionFilter):
     presets = {
         "as-written": {"sigma": 1.0},
         "recommended": {},
-        "sharp": {},
-        "robust": position_filter.ROBUST_PRESET,
     }
     Parameters = ParticleFilterParameters

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, InstanceOf, model_validator
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
-from trackmark.bench.papers import SETTINGS, paper_file
+from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.cases import (
     Case,
     FrameValuesName,
@@ -107,6 +107,19 @@ class FigureDefinition(TomlTable):
         return not quick or (self.quick and self.kind != "plot")
 
 
+class ChainStep(TomlTable):
+    """Parameter whose default is not the value of the text, and the reason, which is no result.
+
+    `trackers`: registered names of the trackers with these values.
+    """
+
+    parameter: NonEmptyText
+    as_written: NonEmptyText
+    recommended: NonEmptyText
+    trackers: Texts
+    reason: NonEmptyText
+
+
 class SensitivityColumn(TomlTable):
     """Column of the sensitivity table: a measure of a tracker on a sequence."""
 
@@ -156,7 +169,6 @@ class NameTables(TomlTable):
     """Tables of `paper.toml` that define trackers and sequences."""
 
     trackers: dict[NonEmptyText, NonEmptyText]
-    settings: dict[NonEmptyText, OptionTexts]
     sequences: dict[
         NonEmptyText,
         Annotated[
@@ -165,22 +177,11 @@ class NameTables(TomlTable):
         ],
     ]
 
-    @model_validator(mode="after")
-    def _check_settings(self) -> "NameTables":
-        if {*self.settings} != {*SETTINGS}:
-            raise ValueError(f"settings must be {' and '.join(SETTINGS)}")
-        return self
-
     def names(self, paper: str) -> Names:
         """Return the trackers and sequences by name."""
-        trackers = {}
-        for name, spec in self.trackers.items():
-            registered_name, options = parse_text(spec)
-            by_setting = {
-                setting: parse_options(self.settings[setting].get(registered_name, ""))
-                for setting in SETTINGS
-            }
-            trackers[name] = PaperTracker(name, registered_name, options, by_setting)
+        trackers = {
+            name: PaperTracker(name, *parse_text(spec)) for name, spec in self.trackers.items()
+        }
         sequences = {
             name: PaperSequence(name, paper, table.members, table.scenes_of)
             for name, table in self.sequences.items()
@@ -209,9 +210,7 @@ class Paper(TomlTable):
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[str, InstanceOf[PaperTracker]]
     sequences: dict[str, InstanceOf[PaperSequence]]
-    # Why a parameter differs between the settings, by its name.
-    reasons: dict[NonEmptyText, NonEmptyText] = Field(default={})
-    equal_values: Texts = ()  # values of both settings, after the word `printed` or `not printed`
+    chain: tuple[ChainStep, ...] = ()  # from the text to the defaults, in this order
     main_table: MainTable
     figure: dict[NonEmptyText, FigureDefinition] = Field(default={})
     pictures: Annotated[Texts, Field(max_length=2)] = ()  # strips on the page, by their file stems
@@ -232,6 +231,10 @@ class Paper(TomlTable):
     def names(self) -> Names:
         """Trackers and sequences by the names that the files of the paper use."""
         return Names(self.name, self.trackers, self.sequences)
+
+    def steps(self, registered_name: str) -> list[ChainStep]:
+        """Return the steps from the text to the default of a tracker."""
+        return [step for step in self.chain if registered_name in step.trackers]
 
     def spec(self, tracker: str, setting: str) -> str:
         """Return the specification of a tracker, as named in `paper.toml`, in a setting."""

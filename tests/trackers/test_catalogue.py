@@ -132,7 +132,7 @@ def test_unknown_preset_error_suggests_the_closest():
 
 
 def test_options_are_the_differences_from_the_preset():
-    resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=10)
+    resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=11)
     assert resolved.options == {"hue_bins": 16, "window": "adaptive"}
     assert trackers.resolve("camshift", preset="as-written").options == {"preset": "as-written"}
 

@@ -45,41 +45,31 @@ from trackmark.trackers.contours.outline import (
     outline,
 )
 from trackmark.trackers.contours.plane_cue import discriminant_basis
-from trackmark.trackers.contours.snake import Stiffness, refine_by_snake
+from trackmark.trackers.contours.snake import refine_by_snake
 
 Posterior: TypeAlias = NDArray[np.float32]
 
 REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
 TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # sample sizes for the first plane and mixtures
 REFIT_POINTS = 300, 600  # sample sizes of target and background in later frames
-LITERAL_PARAMETERS: Mapping[str, str | float] = {
-    "weights": "literal",
-    "outside": "image",
-    "colour_floor": 0.0,
-    "snake_stiffness": "constant",
-    "stretch_x_spread": 0.0323,
-    "shear_x_spread": 0.05738,
-    "shear_y_spread": 0.05397,
-    "stretch_y_spread": 0.03318,
-    "shift_x_spread": 3.465,
-    "shift_y_spread": 3.72,
-}
-"""Parameters of the paper's text, with standard deviations estimated by least squares.
-
-The paper only says that dynamics are "learned off-line from a training hand-segmented sequence
-using a least squares technique". These values are root mean squares of the steps, because a random
-walk has no drift. They were measured on `moreno2005/ellipse:scene=100` and `:scene=101`, which no
-experiment uses. `H` and `p` of `r = m + H (r' - m) + p` were fitted to the outlines `r'` and `r` of
-consecutive masks, with the penalty `50 |H - I|²`. Outlines have 32 points; `m` is the mean of `r'`.
-For the start point of `r`, 256 positions were tried, and the best was used. Shifts are in pixels of
-an image 320 wide.
-"""
+AS_WRITTEN: Mapping[str, str] = {"weights": "literal", "outside": "image"}
+"""Parameters of the paper's text that both trackers share."""
 
 MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from areas
 
 
 class SegmenterParameters(Parameters):
-    """Parameters of a `Segmenter`."""
+    """Parameters of a `Segmenter`.
+
+    The paper prints no standard deviations. It says that dynamics are "learned off-line from a
+    training hand-segmented sequence using a least squares technique" (section 4.3). The default
+    spreads were learnt in this way, on `moreno2005/ellipse:scene=100` and `:scene=101`, which no
+    claim uses. They are root mean squares of the steps, because a random walk has no drift. `H` and
+    `p` of `r = m + H (r' - m) + p` were fitted to the outlines `r'` and `r` of consecutive masks,
+    with the penalty `50 |H - I|²`. Outlines have 32 points; `m` is the mean of `r'`. For the start
+    point of `r`, 256 positions were tried, and the best was used. Shifts are in pixels of an image
+    320 wide.
+    """
 
     contour_samples: int = integer(500, "N₃: number of particles of the contour [count]")
     contour_points: int = integer(32, "N_r: points of a contour [count]", 8)
@@ -90,22 +80,22 @@ class SegmenterParameters(Parameters):
         5, "M_B: number of Gaussians of the background's colours [count]", maximum=20
     )
     stretch_x_spread: float = nonnegative(
-        0.04, "σ of the element of H₃ by which x depends on x [ratio]"
+        0.0323, "σ of the element of H₃ by which x depends on x [ratio]"
     )
     shear_x_spread: float = nonnegative(
-        0.04, "σ of the element of H₃ by which x depends on y [ratio]"
+        0.05738, "σ of the element of H₃ by which x depends on y [ratio]"
     )
     shear_y_spread: float = nonnegative(
-        0.04, "σ of the element of H₃ by which y depends on x [ratio]"
+        0.05397, "σ of the element of H₃ by which y depends on x [ratio]"
     )
     stretch_y_spread: float = nonnegative(
-        0.04, "σ of the element of H₃ by which y depends on y [ratio]"
+        0.03318, "σ of the element of H₃ by which y depends on y [ratio]"
     )
     shift_x_spread: float = nonnegative(
-        4.0, "σ of the x component of p₃, in an image 320 wide [pixels]"
+        3.465, "σ of the x component of p₃, in an image 320 wide [pixels]"
     )
     shift_y_spread: float = nonnegative(
-        4.0, "σ of the y component of p₃, in an image 320 wide [pixels]"
+        3.72, "σ of the y component of p₃, in an image 320 wide [pixels]"
     )
     weights: Weights = choice(
         "exponential",
@@ -114,9 +104,6 @@ class SegmenterParameters(Parameters):
     )
     contour_temperature: float = positive(
         0.02, "τ₃: divisor of the differences of contours in exponential weights [difference]"
-    )
-    colour_floor: float = nonnegative(
-        0.05, "density of a background that no mixture explains [per area of the plane]"
     )
     object_prior: Annotated[float, Field(gt=0, lt=1)] | Literal["area"] = choice(
         0.5,
@@ -144,11 +131,6 @@ class SegmenterParameters(Parameters):
         "supported",
         "edges that attract the snake: edges of both image and posterior, or all edges of "
         "the image",
-    )
-    snake_stiffness: Stiffness = choice(
-        "by-spacing",
-        "the snake's weights apply to differences between its points, to derivatives along it, "
-        "or to derivatives of its displacement",
     )
     snake_feedback: float = fraction(
         0.0, "share of the contours that start from the snake [fraction]"
@@ -277,7 +259,7 @@ class Segmenter(SharingTracker):
         self.contour, accepted = mean, False
         if parameters.snake:
             edges = posterior if parameters.snake_edges == "supported" else None
-            self.contour, accepted = refine_by_snake(mean, image, edges, parameters.snake_stiffness)
+            self.contour, accepted = refine_by_snake(mean, image, edges)
         anchors = round(parameters.snake_feedback * parameters.contour_samples)
         self.contours.anchors = np.repeat(self.contour[np.newaxis], anchors, axis=0)
         inside = fill_contour(self.contour, *image.shape[:2])

@@ -21,9 +21,6 @@ from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import window_size
 from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
 
-ROBUST_PRESET = {"sigma": 0.1, "radius": 10.0, "difference_window": 7}
-"""Parameter values that all presets `robust` of position filters share (post hoc)."""
-
 
 class PositionFilterParameters(ColourMotionParameters):
     """Parameters of `PositionFilter`."""

@@ -16,6 +16,7 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.trackers.camshift import CamShift
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -28,20 +29,17 @@ method = "CamShift on short sequences."
 finding = "CamShift keeps the target."
 quick_scenes = 2
 frames_from = 1
-equal_values = "printed: ε = 1"
 
-[reasons]
-window = "the paper's reference [1]"
+[[chain]]
+parameter = "window"
+as_written = "fixed"
+recommended = "adaptive"
+trackers = "camshift"
+reason = "the paper's reference [1]"
 
 [trackers]
 camshift = "camshift"
-static = "static"
-
-[settings.as-written]
-camshift = "window=fixed"
-
-[settings.recommended]
-camshift = "window=adaptive"
+static = "static:preset=recommended"
 
 [sequences]
 target = "plain/target:length=20"
@@ -223,7 +221,9 @@ def tiny(tmp_path_factory):
     for name, text in FILES.items():
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)
         (papers / "tiny" / name).write_text(text)
+    presets = {"as-written": {"window": "fixed"}, "recommended": {"window": "adaptive"}}
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CamShift, "presets", presets)
         patch.setattr(papers_package, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
         patch.setattr(plan, "MAIN_SCENES", len(SCENES))
