@@ -143,9 +143,7 @@ def together(step: ChainStep) -> str:
     return f"up to {step.parameter}"
 
 
-def candidate_options(
-    candidate: Candidate, tracker: PaperTracker
-) -> tuple[tuple[str, str], ...]:
+def candidate_options(candidate: Candidate, tracker: PaperTracker) -> tuple[tuple[str, str], ...]:
     """Return the options that a candidate changes for a tracker, in their order."""
     changes = candidate.changed_options
     text = changes.get(tracker.name, changes.get(tracker.registered_name, ""))

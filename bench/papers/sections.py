@@ -123,7 +123,7 @@ def details_sections(
     )
     history = f"The [history](history.md#{paper.name}) lists changes of scenes and claims."
     return [
-        Section("method", "Method and videos", [paper.method, VIDEOS, history]),
+        Section("method", "Method and videos", [paper.citation, paper.method, VIDEOS, history]),
         *([Section("rules", "Rules of the verdicts", [RULES])] if verdicts else []),
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
