@@ -110,22 +110,12 @@ function = "figures.two_frames"
         trackers="static",
         test="share",
         scenes=12,
-        note="with result in view",
     )
-    + claim_text("TI-3", sequences=[], measure="timing.ratio", test="time"),
+    + claim_text("TI-3", sequences="target", trackers="camshift", test="share", scenes=12),
     "timing.py": '''
 """Times that are made up."""
 
-import numpy as np
-
 from trackmark.reports.tables import text_table
-from trackmark.bench.papers.measures import measure
-
-
-@measure()
-def ratio(context, setting):
-    """Return the times of two trackers."""
-    return [(2 + np.arange(12) / 100, np.ones(12))]
 
 
 def time_table(context):
@@ -148,6 +138,15 @@ columns = [
     { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept_to_end" }]
 rows = [{ choice = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
 """,
+    "development.toml": """
+measure = "on_target"
+heading = "share of frames on target"
+runs = [{ tracker = "camshift", sequences = "target" }]
+candidates = [{ name = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
+""",
+    "development.csv": (
+        "data,sequence,tracker,variant,measure,value,n,reference,difference,low,high,decision\n"
+    ),
     "notes.md": """
 ## What differs and why
 
