@@ -45,14 +45,15 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
             runs += main_runs(row, setting, context)
     player = player_content(runs, context, progress)
     labels = _tracker_labels(context)
-    finding, *sums = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
+    finding, *sums, labels = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
     page = Page(
         report.paper.title,
         [*_sections(report, player)],
         [labels[label] for label in player.reading.labels],
         player.sequences,
         heading=without_markup(finding),
-        sums=[without_markup(text) for text in sums if text],
+        sums=sums,
+        details=[without_markup(labels)],
     )
     return write_page(path, page)
 
@@ -116,7 +117,8 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
             ]
             ours.append({"values": values, "total": cell.total})
         theirs = MainCell.parse(row.paper)
-        paper = {"values": [{"text": text} for text in theirs.values], "total": theirs.total}
+        paper = {"values": [{"text": t, "tone": "", "tip": ""} for t in theirs.values]}
+        paper |= {"total": theirs.total}
         rows.append({"labels": row.labels, "cells": [paper, *ours]})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     notes = [main_caption(report.context), *([colours] if verdicts else []), SETTINGS_SENTENCE]

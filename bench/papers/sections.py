@@ -45,9 +45,9 @@ LABEL_SENTENCES = {
         "the claim is not counted."
     ),
     "not testable here": (
-        "*Not testable here*: our scenes can show nothing about the claim, for example because all "
-        "compared trackers keep the target in nearly all scenes (*ceiling*) or lose it in nearly "
-        "all (*floor*)."
+        "*Not testable here*: our scenes can show nothing about the claim. All compared trackers "
+        "keep the target in nearly all scenes (*ceiling*) or in nearly none (*floor*), the target "
+        "is lost before the event of the claim, or the problem does not arise."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""

@@ -172,12 +172,12 @@ def _number(row: "pd.Series | None") -> str:
 
 
 def clip_command(paper: Paper) -> str:
-    """Return the command that runs the paper's trackers in both settings on a clip.
+    """Return the command that runs the trackers of the main table in both settings on a clip.
 
     A clip has boxes only, so that trackers cannot be initialised by another region.
     """
     specs: dict[str, None] = {}
-    for tracker in paper.trackers.values():
+    for tracker in (tracker for row in paper.main_table.rows for tracker in row.trackers):
         for setting in SETTINGS:
             name, options = split_text(tracker.spec(setting))
             options.pop("init", None)

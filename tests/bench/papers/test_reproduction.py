@@ -60,7 +60,8 @@ def test_main_cell_is_read_from_its_text(text):
 
 
 def test_sensitivity_table_changes_one_choice(report):
-    (row,) = report.tables[-1].rows
+    (table,) = (table for table in report.tables if table.name == "sensitivity")
+    (row,) = table.rows
     assert [cell.text for cell in row[:2]] == ["16 bins", "recommended"]
     assert row[2].text.endswith(" px")
     assert row[3].text in {"0.0", "1.0", "2.0"}, "a share that is added up over members is a count"
