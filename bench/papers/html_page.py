@@ -24,7 +24,7 @@ from trackmark.bench.papers.player_content import (
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.sections import SETTINGS_SENTENCE, answer
-from trackmark.bench.papers.strips import COLOUR_SENTENCE, Strip, StripRow
+from trackmark.bench.papers.strips import COLOUR_SENTENCE, PAPER, Strip, StripRow
 from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text
 from trackmark.reports.tables import MISSING
 
@@ -117,7 +117,9 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
             ]
             ours.append({"values": values, "total": cell.total})
         theirs = MainCell.parse(row.paper)
-        paper = {"values": [{"text": t, "tone": "", "tip": ""} for t in theirs.values]}
+        paper = {
+            "values": [{"text": t, "tone": "", "tip": "", "position": None} for t in theirs.values]
+        }
         paper |= {"total": theirs.total}
         rows.append({"labels": row.labels, "cells": [paper, *ours]})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
@@ -184,7 +186,7 @@ def _tiles(strip: Strip, row: StripRow) -> Iterator[dict[str, Any]]:
             "image": next(encode_images([tile], tile.shape[0], QUALITY))[0],
             "size": tile.shape[1::-1],
             "description": ", ".join([f"{row.name}, {label}", *states]),
-            "notes": notes,
+            "notes": [note for note in notes if note.label != PAPER],  # in the image
         }
 
 
