@@ -97,7 +97,7 @@ class Strip:
     shape: Shape = "box"
 
     @property
-    def windows(self) -> list[tuple[int, int, int, int]]:
+    def windows(self) -> list[tuple[int, ...]]:
         """Cut-out `(x, y, width, height)` of each column, of equal size around the target [px]."""
         height, width = self.rows[0].images[0].shape[:2]
         boxes = np.array([_bounds(outline, self.shape) for outline in self.truth])
@@ -166,11 +166,13 @@ def _bounds(outline: Outline, shape: Shape) -> Outline:
     points = outline[np.isfinite(outline).all(axis=1)]
     if not len(points):
         return np.full(4, np.nan)
-    return np.concatenate([points.min(axis=0), np.ptp(points, axis=0)])
+    corner = points.min(axis=0)
+    return np.concatenate([corner, points.max(axis=0) - corner])
 
 
 def _moved(outline: Outline, x: int, y: int, shape: Shape) -> Outline:
-    return outline - np.array([x, y] if shape == "contour" else [x, y, 0, 0])
+    moved: Outline = outline - np.array([x, y] if shape == "contour" else [x, y, 0, 0])
+    return moved
 
 
 def _mark_outside(image: Image, box: Outline, shade: str) -> None:
