@@ -26,7 +26,7 @@ CELL = re.compile(rf"(?:{NUMBER})(?: / (?:{NUMBER}))*(?: of \d+)?")
 def visible_words(markdown):
     """Return the words that a reader sees, without marks and the addresses of links."""
     text = re.sub(r"!?\[([^]]*)\]\([^)]*\)", r"\1", markdown)
-    return [word for word in re.sub(r"[|*`#]", " ", text).split() if not set(word) <= set("-: ")]
+    return [word for word in re.sub(r"[|*`#]", " ", text).split() if re.search(r"\w", word)]
 
 
 def read(paper):
