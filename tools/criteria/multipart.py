@@ -18,7 +18,7 @@ from trackmark.trackers.base.interface import Image
 from trackmark.trackers.histograms.bins import LuvBins
 from trackmark.trackers.histograms.rectangles import bhattacharyya_distances
 
-SAMPLES = 40
+SAMPLES = 60
 """Default number of evenly spaced frames whose margins are measured."""
 
 CLEAR = 0.9
