@@ -38,7 +38,7 @@ class Criterion(TomlTable):
     empty for a number that is only printed.
     """
 
-    sequence: NonEmptyText  # specification without the scene
+    sequence: NonEmptyText  # specification without the scene; options name a variant
     name: NonEmptyText  # measured quantity with its unit
     kind: Kind
     measure: NonEmptyText

@@ -6,7 +6,7 @@ import pytest
 
 from trackmark.bench import papers
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.bench.papers import paper_names
+from trackmark.bench.papers import cases, paper_names
 from trackmark.bench.papers.criteria import favoured, read_criteria
 from trackmark.bench.papers.tables import criteria_table
 
@@ -54,6 +54,8 @@ def write(tmp_path, monkeypatch):
     (tmp_path / "ab").mkdir()
     (tmp_path / "ab" / "criteria.csv").write_text(
         "sequence,scene,name,value,passes\ns/video,200,own score,0.7,yes\n"
+        "s/video:others=exchanged,400,own score,0.4,no\n"
+        "s/video:others=exchanged,401,own score,0.6,yes\n"
     )
 
     def write(text):
@@ -95,6 +97,19 @@ def test_table_shows_kinds_and_favoured_claims(write):
         ("video", "situation"),
         ("video:others=exchanged", "outcome: AB-1, AB-2"),
     ]
+
+
+@pytest.mark.parametrize(
+    ("member", "scene"),
+    [
+        ("s/video", "s/video:scene=200"),
+        ("s/video:length=20", "s/video:length=20:scene=200"),
+        ("s/video:others=exchanged", "s/video:others=exchanged:scene=401"),
+    ],
+)
+def test_variant_with_own_criteria_has_its_own_scenes(write, member, scene):
+    assert cases.PaperSequence("name", "ab", (member,)).scenes(1) == [(scene,)]
+    cases.verdict_scenes.cache_clear()
 
 
 @pytest.mark.parametrize(
