@@ -13,12 +13,15 @@ from typing import Annotated, Any, TypeVar
 from pydantic import BeforeValidator, InstanceOf, ValidationInfo
 
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.bench.papers.criteria import passing_scenes, read_values
+from trackmark.bench.papers.criteria import passing_scenes, read_criteria, read_values
 from trackmark.bench.papers.measures import Measure, find_function, find_measure, frame_values
 from trackmark.bench.papers.toml_table import as_tuple
 from trackmark.datasets.spec_string import format_text, parse_text
 
 Found = TypeVar("Found")
+
+POSED_SCENES = 40
+"""Number of first scenes of a sequence that are asked whether they pose the problem."""
 
 
 @dataclass(frozen=True)
@@ -51,6 +54,12 @@ class PaperSequence:
     paper: str
     members: tuple[str, ...]  # specifications without the scene
     scenes_of: str = ""  # name of the scenes in criteria.csv, if not that of the member
+
+    @property
+    def names_of_scenes(self) -> tuple[str, ...]:
+        """Names in criteria.csv of the scenes of all members."""
+        names = [self.scenes_of or parse_text(member)[0] for member in self.members]
+        return tuple(dict.fromkeys(names))
 
     def scenes(self, n_scenes: int, further_options: str = "") -> list[tuple[str, ...]]:
         """Return the specifications of the first scenes, one per member.
@@ -137,6 +146,24 @@ def verdict_scenes(paper: str, member: str) -> tuple[int, ...]:
     values = read_values(paper)
     is_measured = values["sequence"].eq(member).any()
     return tuple(passing_scenes(values, member if is_measured else parse_text(member)[0]))
+
+
+@cache
+def posed_scenes(paper: str, sequence: str) -> tuple[int, int]:
+    """Return how many of the first scenes of a sequence pose the problem, and their number.
+
+    A scene poses the problem if it meets all criteria of difficulty; both numbers count up to
+    `POSED_SCENES`. They are 0 if the sequence has no such criterion.
+    """
+    names = {
+        criterion.name
+        for criterion in read_criteria(paper)[1]
+        if criterion.sequence == sequence and criterion.kind == "difficulty" and criterion.target
+    }
+    values = read_values(paper)
+    rows = values[(values["sequence"] == sequence) & values["name"].isin(names)]
+    passes = rows.groupby("scene", sort=False)["passes"].all().head(POSED_SCENES)
+    return int(passes.sum()), len(passes)
 
 
 def _resolved_by(find: Callable[[Names, str], Any]) -> BeforeValidator:

@@ -1,6 +1,10 @@
-"""Tests of claims: each judges one value per scene (`Evidence`) by a rule of `verdict_rules`."""
+"""Tests of claims: each judges one value per scene (`Evidence`) by a rule of `verdict_rules`.
 
-from collections.abc import Sequence
+Before a rule applies, the scenes must be able to show the claim. Otherwise the verdict is "not
+testable here". The tests are, in this order: problem not posed, floor or ceiling, lost before the
+event, the rule of the claim, and criteria of the scenes that favour the claim.
+"""
+
 from dataclasses import dataclass, field, replace
 from math import inf, nan
 
@@ -9,20 +13,33 @@ import pandas as pd
 from numpy.typing import NDArray
 
 from trackmark.bench.papers.claims import Claim
-from trackmark.bench.statistics.intervals import Interval
+from trackmark.bench.statistics.intervals import Interval, share_interval
+from trackmark.bench.statistics.rules import MIN_SCENES
 from trackmark.bench.statistics.verdict_rules import (
+    CEILING_SHARE,
+    FLOOR_SHARE,
     Verdict,
+    at_ceiling,
+    at_floor,
     conjunction,
     inconclusive,
+    kept_interval,
     no_worse,
-    number,
     order,
     share,
     success,
-    time,
 )
 
-FLOOR = 0.5  # minimum share of scenes in which a reference keeps the target
+HALF = 0.5
+"""Share of scenes above which equal runs, or losses before the event, make a claim untestable."""
+
+FLOOR_UNITS = ("share", "frames", "overlap", "J")
+"""Units of measures that show nothing if every tracker loses the target."""
+
+CEILING_UNITS = ("share", "frames")
+"""Units of measures that show nothing if both sides keep the target. An accuracy still does."""
+
+BY_CONSTRUCTION = "a criterion of the scenes uses this result"
 
 Values = NDArray[np.float64]
 
@@ -37,68 +54,98 @@ class Evidence:
         One row per sequence, scene and tracker: `sequence`, `rank` (index of the scene, from 0),
         `tracker`, `value` (mean over repetitions). `first` contains the trackers of `better` or
         `trackers`, or values of a measure of scenes. `second` contains those of `worse`.
+    kept_first, kept_second : DataFrame
+        Tables of the same form with the kept share of the runs of a scene, or of the members of a
+        set; empty if floor and ceiling do not apply.
     lower_is_better : bool
         True if smaller values are better.
     largest : float
         Largest possible absolute difference.
     unit, unit_noun : str
         Unit of the values; name of a statistical unit, in the singular.
-    reference_kept : float
-        Share of the scenes in which the trackers of `second` keep the target; NaN if unknown.
-    lost_before : float
-        Share of the scenes in which the target is lost before the event; NaN without an event.
+    lost_before : array
+        Success (`success`) of losing the target before the event, by scene; empty without an event.
+    equal_runs : float
+        Share of the scenes in which the compared trackers have equal boxes; NaN if unknown.
+    not_posed : str
+        Sentence on scenes that seldom meet the criteria of difficulty; empty if they meet them.
+    favoured : bool
+        True if a criterion of the scenes uses the result that the claim states.
     failed : str
         Sentence on failed runs; empty if none failed.
-    times : sequence of pairs of arrays
-        For tests of time: longer and shorter times, or times and an empty array. The pair with the
-        smallest ratio decides.
     """
 
     first: pd.DataFrame = field(default_factory=pd.DataFrame)
     second: pd.DataFrame = field(default_factory=pd.DataFrame)
+    kept_first: pd.DataFrame = field(default_factory=pd.DataFrame)
+    kept_second: pd.DataFrame = field(default_factory=pd.DataFrame)
     lower_is_better: bool = False
     largest: float = inf
     unit: str = ""
     unit_noun: str = "scene"
-    reference_kept: float = nan
-    lost_before: float = nan
+    lost_before: Values = field(default_factory=lambda: np.zeros(0))
+    equal_runs: float = nan
+    not_posed: str = ""
+    favoured: bool = False
     failed: str = ""
-    times: Sequence[tuple[Values, Values]] = ()
 
 
 def judge(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
     """Return the verdict on a claim in one setting."""
-    if claim.test == "time":
-        return _judge_time(claim, evidence)
-    if evidence.first.empty or (claim.worse and evidence.second.empty):
-        return inconclusive("no runs")
-    if claim.test == "share":
-        verdict = share(_succeeded(evidence.first))
-    elif claim.test == "number":
-        verdict = number(_by_scene(evidence.first, hardest="").to_numpy())
-    else:
-        verdict = _judge_differences(claim, evidence)
-    return replace(verdict, unit=evidence.unit, counted=evidence.unit_noun)
+    verdict = _judge_by_rule(claim, evidence)
+    if reason := _obstacle(claim, evidence):
+        return replace(verdict, verdict="not testable here", reason=reason)
+    if verdict.verdict == "holds" and evidence.favoured:
+        return replace(verdict, verdict="by construction", reason=BY_CONSTRUCTION)
+    return verdict
 
 
 def notes(evidence: Evidence) -> list[str]:
     """Return remarks that limit a verdict."""
-    remarks = []
-    if evidence.lost_before > FLOOR:
-        remarks.append(f"lost before the event in {100 * evidence.lost_before:.0f} % of the scenes")
-    if evidence.reference_kept <= FLOOR:
-        remarks.append(_floor(evidence))
-    return [*remarks, evidence.failed] if evidence.failed else remarks
+    return [evidence.failed] if evidence.failed else []
 
 
 def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
     """Return better minus worse by sequence and scene; positive values support the claim."""
     sign = -1.0 if evidence.lower_is_better else 1.0
-    first = sign * _by_scene(evidence.first, "min", sign)
     if not claim.worse:
-        return sign * first  # values of the measure are differences
-    differences: pd.Series[float] = first - sign * _by_scene(evidence.second, "max", sign)
+        return _by_scene(evidence.first)  # values of the measure are differences
+    first, second = (_by_scene(table) for table in _chosen_sides(evidence))
+    differences: pd.Series[float] = sign * (first - second)
     return differences.dropna()
+
+
+def chosen_trackers(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> dict[str, str]:
+    """Return the tracker of a side by sequence.
+
+    It is the tracker whose mean on the sequence, times `sign`, is smallest (`min`) or largest
+    (`max`).
+    """
+    chosen: dict[str, str] = {}
+    for sequence, rows in table.groupby("sequence", sort=False):
+        means = sign * rows.groupby("tracker", sort=False)["value"].mean()
+        chosen[str(sequence)] = str(means.idxmax() if hardest == "max" else means.idxmin())
+    return chosen
+
+
+def compared_trackers(evidence: Evidence) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the trackers of both sides that are compared, by sequence."""
+    sign = -1.0 if evidence.lower_is_better else 1.0
+    return (
+        chosen_trackers(evidence.first, "min", sign),
+        chosen_trackers(evidence.second, "max", sign),
+    )
+
+
+def _judge_by_rule(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
+    """Return the verdict by the rule of the claim's test alone."""
+    if evidence.first.empty or (claim.worse and evidence.second.empty):
+        return inconclusive("no runs")
+    if claim.test == "share":
+        verdict = share(_succeeded(evidence.first))
+    else:
+        verdict = _judge_differences(claim, evidence)
+    return replace(verdict, unit=evidence.unit, counted=evidence.unit_noun)
 
 
 def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
@@ -106,44 +153,58 @@ def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:  # name: cl
     limit = evidence.largest
     if claim.test == "order":
         return order(values, margin, limit=limit)
-    if claim.test == "no-worse both ways":
-        verdict = conjunction(
-            {
-                f"{claim.better[0].name} not worse": lambda m: no_worse(
-                    values, margin, m, limit=limit
-                ),
-                f"{claim.worse[0].name} not worse": lambda m: no_worse(
-                    -values, margin, m, limit=limit
-                ),
-            }
-        )
+    if claim.test == "no-worse":
+        return no_worse(values, margin, limit=limit)
+    return conjunction(
+        {
+            f"{claim.better[0].name} not worse": lambda m: no_worse(values, margin, m, limit=limit),
+            f"{claim.worse[0].name} not worse": lambda m: no_worse(-values, margin, m, limit=limit),
+        }
+    )
+
+
+def _obstacle(claim: Claim, evidence: Evidence) -> str:
+    """Return why the scenes cannot show the claim; empty if they can."""
+    if evidence.not_posed:
+        return f"problem not posed: {evidence.not_posed}"
+    if claim.test == "order" and evidence.equal_runs > HALF:
+        share_of = f"{100 * evidence.equal_runs:.0f} % of the scenes"
+        return f"problem not posed: the compared runs have equal boxes in {share_of}"
+    return _floor_or_ceiling(claim, evidence) or _lost_before(evidence.lost_before)
+
+
+def _floor_or_ceiling(claim: Claim, evidence: Evidence) -> str:
+    """Return why the kept targets leave no room for a difference; empty if there is room."""
+    tables = evidence.kept_first, evidence.kept_second
+    if any(table.empty for table in tables):
+        return ""
+    sides = [
+        _interval(_of_trackers(table, chosen), evidence)
+        for table, chosen in zip(tables, compared_trackers(evidence), strict=True)
+    ]
+    whole = "scenes" if evidence.unit_noun == "scene" else f"members of the {evidence.unit_noun}s"
+    if claim.test == "no-worse":
+        name, able = "the reference keeps", sides[1:]
     else:
-        verdict = no_worse(values, margin, limit=limit)
-    if verdict.verdict == "holds" and evidence.reference_kept <= FLOOR:
-        # If both trackers fail, their equality is no evidence.
-        return replace(verdict, verdict="inconclusive", reason=_floor(evidence))
-    return verdict
+        of_trackers = [rows for table in tables for _, rows in table.groupby("tracker")]
+        name, able = "all trackers keep", [_interval(rows, evidence) for rows in of_trackers]
+    if evidence.unit in FLOOR_UNITS and at_floor(able):
+        return f"floor: {name} the target in less than {100 * FLOOR_SHARE:.0f} % of the {whole}"
+    if evidence.unit in CEILING_UNITS and at_ceiling(sides):
+        limit = f"{100 * CEILING_SHARE:.0f} %"
+        return f"ceiling: both sides keep the target in more than {limit} of the {whole}"
+    return ""
 
 
-def _floor(evidence: Evidence) -> str:
-    return f"the reference keeps the target in {100 * evidence.reference_kept:.0f} % of the scenes"
+def _interval(kept: pd.DataFrame, evidence: Evidence) -> Interval:
+    return kept_interval(kept["value"].to_numpy(), sets=evidence.unit_noun == "set")
 
 
-def _judge_time(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
-    if not evidence.times:
-        return inconclusive("no times")
-    if claim.limit is not None and evidence.unit:
-        (values, _), *_ = evidence.times
-        below = time(np.full(len(values), claim.limit), values)
-        low, high = below.interval
-        interval = Interval(claim.limit / high, claim.limit / low)
-        value = claim.limit / below.statistic
-        reason = below.reason.replace("above 1", f"below {claim.limit:g} {evidence.unit}")
-        reason = reason.replace("below 1", f"above {claim.limit:g} {evidence.unit}")
-        return replace(below, statistic=value, interval=interval, unit=evidence.unit, reason=reason)
-    ratios = [float(np.mean(np.log(longer / shorter))) for longer, shorter in evidence.times]
-    longer, shorter = evidence.times[int(np.argmin(ratios))]
-    return time(longer, shorter, claim.limit or 1.0)
+def _lost_before(lost: Values) -> str:
+    """Return the reason if most runs lose the target before the event; empty otherwise."""
+    if len(lost) < MIN_SCENES or share_interval(float(lost.sum()), len(lost)).low <= HALF:
+        return ""
+    return f"lost before the event in {lost.sum():g} of {len(lost)} scenes"
 
 
 def _succeeded(table: pd.DataFrame) -> Values:
@@ -152,17 +213,19 @@ def _succeeded(table: pd.DataFrame) -> Values:
     return by_scene.to_numpy(np.float64)
 
 
-def _by_scene(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> "pd.Series[float]":
-    """Return one value per sequence and scene.
+def _chosen_sides(evidence: Evidence) -> list[pd.DataFrame]:
+    sides = (evidence.first, evidence.second)
+    return [
+        _of_trackers(table, chosen)
+        for table, chosen in zip(sides, compared_trackers(evidence), strict=True)
+    ]
 
-    If there are several trackers, the tracker whose mean on the sequence, times `sign`, is smallest
-    (`min`) or largest (`max`) is used.
-    """
-    values_by_sequence: list[pd.Series[float]] = []
-    for _, rows in table.groupby("sequence", sort=False):
-        means = sign * rows.groupby("tracker", sort=False)["value"].mean()
-        tracker = means.idxmax() if hardest == "max" else means.idxmin()
-        tracker_rows = rows[rows["tracker"] == tracker]
-        values_by_sequence.append(tracker_rows.set_index(["sequence", "rank"])["value"])
-    joined: pd.Series[float] = pd.concat(values_by_sequence)
-    return joined
+
+def _of_trackers(table: pd.DataFrame, trackers: dict[str, str]) -> pd.DataFrame:
+    """Return the rows of one tracker per sequence."""
+    return table[table["tracker"] == table["sequence"].map(trackers)]
+
+
+def _by_scene(table: pd.DataFrame) -> "pd.Series[float]":
+    values: pd.Series[float] = table.set_index(["sequence", "rank"])["value"]
+    return values

@@ -10,17 +10,20 @@ from pydantic import Field, model_validator
 from trackmark.bench.papers.cases import (
     Case,
     MeasureName,
+    PaperSequence,
     PaperTracker,
     SequenceNames,
     TrackerNames,
-    cases,
 )
 from trackmark.bench.papers.toml_table import NonEmptyText, TomlTable
 
-Test = Literal["order", "no-worse", "no-worse both ways", "share", "time", "number"]
+Test = Literal["order", "no-worse", "no-worse both ways", "share"]
 
 DEFAULT_SCENES = {"share": 24, "order": 32, "no-worse": 36, "no-worse both ways": 36}
-"""Number of scenes per sequence by kind of test; 24 for other kinds."""
+"""Number of scenes per sequence by kind of test."""
+
+SideRule = Literal["hardest", "by sequence", "fewest particles"]
+"""Meaning of several trackers on one side of a comparison."""
 
 
 class Claim(TomlTable):
@@ -40,27 +43,28 @@ class Claim(TomlTable):
         For the test `share`, a scene succeeds if it succeeds on every
         sequence. In other tests each scene of each sequence is a statistical unit.
     better, worse : tuple of PaperTracker
-        Trackers that are compared. Of several trackers the least favourable one for
-        the claim is used, chosen for each sequence by the mean over its scenes.
+        Trackers that are compared.
+    side_rule : str
+        Meaning of several trackers on one side. `hardest`: the least favourable one for the claim
+        is used, chosen for each sequence by the mean over its scenes. `by sequence`: the tracker
+        and the sequence in the same place of their lists belong together. `fewest particles`: the
+        value of a scene is the logarithm to base 2 of the smallest number of particles with which
+        the measure succeeds, or of twice the largest number if it never does.
     trackers : tuple of PaperTracker
         Trackers of a claim without comparison.
     measure : Measure
         Measure of a run, such as `mean_error:first=36`; `scenes.NAME` for a measure of scenes
-        without stored runs; `timing.NAME` for times.
+        without stored runs.
     test : str
         Kind of test.
     margin : float
         Largest irrelevant difference, in the unit of the measure.
-    limit : float or None
-        Ratio that a time must exceed; with a `unit` of time, the time that it must stay below.
     falsified_if : str
         Result that refutes the claim.
     reason : str
         Reason for measure, sequence or margin.
     scenes : int
         Number of scenes per sequence; 0 for the number of its kind of test.
-    note : str
-        Printed next to the verdict.
     """
 
     name: NonEmptyText
@@ -72,15 +76,14 @@ class Claim(TomlTable):
     sequences: SequenceNames = ()
     better: TrackerNames = ()
     worse: TrackerNames = ()
+    side_rule: SideRule = "hardest"
     trackers: TrackerNames = ()
     measure: MeasureName
     test: Test
     margin: Annotated[float, Field(gt=0)] | None = None
-    limit: Annotated[float, Field(gt=0)] | None = None
-    falsified_if: str = ""
+    falsified_if: NonEmptyText
     reason: NonEmptyText
     scenes: Annotated[int, Field(ge=0)] = 0
-    note: str = ""
 
     @model_validator(mode="after")
     def _check_sides(self) -> "Claim":
@@ -93,8 +96,9 @@ class Claim(TomlTable):
             )
         if compares and self.margin is None:
             raise ValueError(f"a test of kind {self.test!r} needs a `margin`")
-        if self.test != "number" and not self.falsified_if:
-            raise ValueError("`falsified_if` is empty; expected: the result that refutes the claim")
+        sides = {len(self.better), len(self.worse)}
+        if self.side_rule == "by sequence" and sides != {len(self.sequences)}:
+            raise ValueError("`by sequence` needs one tracker per sequence on each side")
         return self
 
     @property
@@ -105,8 +109,21 @@ class Claim(TomlTable):
     @property
     def n_scenes(self) -> int:
         """Number of scenes of each sequence."""
-        return self.scenes or DEFAULT_SCENES.get(self.test, 24)
+        return self.scenes or DEFAULT_SCENES[self.test]
 
-    def cases(self, setting: str) -> list[Case]:
-        """Return the cases of all trackers of the claim in a setting."""
-        return cases(self.all_trackers, self.sequences, setting, self.n_scenes)
+    def pairs(self, trackers: tuple[PaperTracker, ...]) -> list[tuple[PaperTracker, PaperSequence]]:
+        """Return the trackers of a side with the sequences on which they run."""
+        if self.side_rule == "by sequence":
+            return list(zip(trackers, self.sequences, strict=True)) if trackers else []
+        return [(tracker, sequence) for tracker in trackers for sequence in self.sequences]
+
+    def sides(self, setting: str) -> tuple[list[Case], list[Case]]:
+        """Return the cases of both sides in a setting; the second is empty without comparison."""
+        first, second = (
+            [
+                Case(tracker.spec(setting), sequence, self.n_scenes)
+                for tracker, sequence in self.pairs(side)
+            ]
+            for side in (self.trackers or self.better, self.worse)
+        )
+        return first, second

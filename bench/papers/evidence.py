@@ -1,22 +1,31 @@
-"""Evidence for claims: values by scene from stored runs or rendered scenes, or times."""
+"""Evidence for claims: values by scene from stored runs or rendered scenes."""
 
-from math import inf, nan
+from collections.abc import Iterable
+from dataclasses import replace
+from math import inf, log2, nan
 
 import numpy as np
 import pandas as pd
+from numpy.typing import NDArray
 
 from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.papers import SETTINGS
-from trackmark.bench.papers.cases import Case, cases
-from trackmark.bench.papers.claim_tests import Evidence
+from trackmark.bench.papers.cases import Case, PaperSequence, posed_scenes
+from trackmark.bench.papers.claim_tests import FLOOR_UNITS, Evidence, compared_trackers
 from trackmark.bench.papers.claims import Claim
+from trackmark.bench.papers.criteria import favoured
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
+from trackmark.bench.papers.settings import parameters
 from trackmark.bench.papers.verdicts import VerdictRow, judge_row
 from trackmark.bench.statistics.verdict_rules import success
 
-BOUNDED = ("share", "overlap")  # units of measures with values in [0, 1]
+BOUNDED = ("share", "overlap", "J")  # units of measures with values in [0, 1]
+SUCCEEDS = 0.5  # a scene in which half of the runs succeed is no success
+DOUBLINGS = "doublings"  # unit of the fewest particles, whose logarithm to base 2 is compared
+MIN_POSED = 12
+"""Minimum number of the first 40 scenes that meet the criteria of difficulty."""
 
 
 def verdict_rows(context: Context, progress: Progress = lambda *_: None) -> list[VerdictRow]:
@@ -32,26 +41,53 @@ def verdict_rows(context: Context, progress: Progress = lambda *_: None) -> list
 
 def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
     """Return the values from which a claim is judged in a setting."""
-    measure = claim.measure
-    if measure.subject == "time":
-        return Evidence(times=measure.function(context, setting), unit=measure.unit)
-    if measure.subject == "scene":
-        return _of_scenes(claim, setting, context)
-    first, second = (
-        cases(trackers, claim.sequences, setting, claim.n_scenes)
-        for trackers in (claim.trackers or claim.better, claim.worse)
+    gathered = (
+        _of_scenes(claim, setting, context)
+        if claim.measure.subject == "scene"
+        else _of_runs(claim, setting, context)
     )
+    return replace(
+        gathered,
+        not_posed=_not_posed(claim.sequences),
+        favoured=claim.name in favoured(context.paper.name),
+    )
+
+
+def _of_runs(claim: Claim, setting: str, context: Context) -> Evidence:
+    """Return values of a measure of runs, and which of the runs keep the target."""
+    measure, (first, second) = claim.measure, claim.sides(setting)
     n_members = max(len(sequence.members) for sequence in claim.sequences)
-    return Evidence(
+    is_bounded = measure.unit in BOUNDED
+    gathered = Evidence(
         _values(first, measure, context),
         _values(second, measure, context),
         lower_is_better=measure.lower_is_better,
-        largest=float(n_members) if measure.unit in BOUNDED else inf,
+        largest=(1.0 if measure.averaged else float(n_members)) if is_bounded else inf,
         unit=measure.unit,
         unit_noun="set" if n_members > 1 else "scene",
-        reference_kept=_kept_share(claim, second, context),
         lost_before=_lost_before(claim, first, context),
         failed=_failed(first + second, context),
+    )
+    if claim.side_rule == "fewest particles":
+        tables = (_fewest_particles(table) for table in (gathered.first, gathered.second))
+        first_table, second_table = tables
+        return replace(
+            gathered,
+            first=first_table,
+            second=second_table,
+            lower_is_better=True,
+            largest=inf,
+            unit=DOUBLINGS,
+        )
+    if not second:
+        return gathered
+    gathered = replace(gathered, equal_runs=_equal_share(claim, gathered, context))
+    if measure.unit not in FLOOR_UNITS:
+        return gathered
+    return replace(
+        gathered,
+        kept_first=_kept(first, measure, context),
+        kept_second=_kept(second, measure, context),
     )
 
 
@@ -60,26 +96,67 @@ def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.D
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
-def _kept_share(claim: Claim, reference: list[Case], context: Context) -> float:
-    """Return the share of scenes in which the reference of a no-worse test keeps the target."""
-    if not claim.test.startswith("no-worse"):
-        return nan
-    values = _values(reference, context.paper.kept_measure, context)
-    n_members = {sequence.name: len(sequence.members) for sequence in claim.sequences}
-    share = values["value"] / values["sequence"].map(n_members)
-    successes = pd.Series(success(share), values.index)
-    return float(successes.groupby(values["tracker"]).mean().max())
+def _kept(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
+    """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
+    kept = _values(claim_cases, measure.kept or context.paper.kept_measure, context)
+    n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
+    return kept.assign(value=kept["value"] / kept["sequence"].map(n_members))
 
 
-def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> float:
-    """Return the share of scenes in which most runs lose the target before the event.
+def _fewest_particles(table: pd.DataFrame) -> pd.DataFrame:
+    """Return log₂ of the fewest particles with which a scene succeeds, as one row per scene.
 
-    A scene in which exactly half of the runs lose it counts as half.
+    If no number of particles succeeds, the value is that of twice the largest number.
     """
-    if claim.measure.lost_before is None or not claim.trackers:
+    if table.empty:
+        return table
+    numbers = {spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()}
+    counts = table["tracker"].map(numbers)
+    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(numbers.values()))
+    by_scene = needed.groupby([table["sequence"], table["rank"]], sort=False).min()
+    names = table.drop_duplicates(["sequence", "rank"]).set_index(["sequence", "rank"])
+    fewest = names.assign(value=by_scene.map(log2)).reset_index()
+    return fewest.assign(tracker=table["tracker"].iloc[0])[table.columns]
+
+
+def _equal_share(claim: Claim, gathered: Evidence, context: Context) -> float:
+    """Return in which share of the scenes the compared trackers have equal boxes."""
+    if gathered.first.empty or gathered.second.empty:
         return nan
+    first, second = compared_trackers(gathered)
+    equal = [
+        all(_equal_boxes(first[sequence.name], second[sequence.name], m, context) for m in members)
+        for sequence in claim.sequences
+        for members in sequence.scenes(claim.n_scenes)
+        if sequence.name in first and sequence.name in second
+    ]
+    return float(np.mean(equal)) if equal else nan
+
+
+def _equal_boxes(first: str, second: str, scene: str, context: Context) -> bool:
+    pairs = zip(
+        *(context.runs.measured_runs(tracker, scene) for tracker in (first, second)), strict=False
+    )
+    return all(np.array_equal(a.boxes, b.boxes, equal_nan=True) for a, b in pairs)
+
+
+def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDArray[np.float64]:
+    """Return by scene the success of losing the target before the event; empty without event."""
+    if claim.measure.lost_before is None or not claim.trackers:
+        return np.zeros(0)
     values = _values(claim_cases, claim.measure.lost_before, context)
-    return float(success(values["value"]).mean()) if len(values) else nan
+    return success(values["value"])
+
+
+def _not_posed(sequences: Iterable[PaperSequence]) -> str:
+    """Return a sentence on the first sequence whose scenes seldom meet the difficulty criteria."""
+    for sequence in sequences:
+        for name in sequence.names_of_scenes:
+            posed, checked = posed_scenes(sequence.paper, name)
+            if posed < min(MIN_POSED, checked):
+                which = f"{posed} of the first {checked} scenes of {sequence.name}"
+                return f"{which} meet the criteria of difficulty"
+    return ""
 
 
 def _failed(claim_cases: list[Case], context: Context) -> str:

@@ -23,7 +23,7 @@ from trackmark.bench.papers.paper import FigureDefinition
 from trackmark.bench.papers.plots import series_plot
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.settings import differences, parameters
-from trackmark.bench.papers.strips import BOTH, Image, Note, Outline, Strip, StripRow
+from trackmark.bench.papers.strips import BOTH, PAPER, Image, Note, Outline, Strip, StripRow
 from trackmark.reports.figures import save_figure
 from trackmark.reports.overlay import save_png
 from trackmark.reports.tables import MISSING
@@ -131,7 +131,7 @@ def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note
 
     `paper`: `tracked` or `lost` in the paper, or empty.
     """
-    notes = [Note("paper", paper)] if paper else []
+    notes = [Note(PAPER, paper)] if paper else []
     for label, measured in runs.items():
         if not measured.present[frame]:
             notes.append(Note(label, MISSING))

@@ -24,7 +24,7 @@ from trackmark.bench.papers.player_content import (
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.sections import SETTINGS_SENTENCE, answer
-from trackmark.bench.papers.strips import COLOUR_SENTENCE, Strip, StripRow
+from trackmark.bench.papers.strips import COLOUR_SENTENCE, PAPER, Strip, StripRow
 from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text
 from trackmark.reports.tables import MISSING
 
@@ -45,14 +45,15 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
             runs += main_runs(row, setting, context)
     player = player_content(runs, context, progress)
     labels = _tracker_labels(context)
-    finding, *sums = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
+    finding, *sums, labels = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
     page = Page(
         report.paper.title,
         [*_sections(report, player)],
         [labels[label] for label in player.reading.labels],
         player.sequences,
         heading=without_markup(finding),
-        sums=[without_markup(text) for text in sums if text],
+        sums=sums,
+        details=[without_markup(labels)],
     )
     return write_page(path, page)
 
@@ -116,7 +117,10 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
             ]
             ours.append({"values": values, "total": cell.total})
         theirs = MainCell.parse(row.paper)
-        paper = {"values": [{"text": text} for text in theirs.values], "total": theirs.total}
+        paper = {
+            "values": [{"text": t, "tone": "", "tip": "", "position": None} for t in theirs.values]
+        }
+        paper |= {"total": theirs.total}
         rows.append({"labels": row.labels, "cells": [paper, *ours]})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     notes = [main_caption(report.context), *([colours] if verdicts else []), SETTINGS_SENTENCE]
@@ -182,7 +186,7 @@ def _tiles(strip: Strip, row: StripRow) -> Iterator[dict[str, Any]]:
             "image": next(encode_images([tile], tile.shape[0], QUALITY))[0],
             "size": tile.shape[1::-1],
             "description": ", ".join([f"{row.name}, {label}", *states]),
-            "notes": notes,
+            "notes": [note for note in notes if note.label != PAPER],  # in the image
         }
 
 
@@ -213,7 +217,6 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
         "refuted if": claim.falsified_if,
         "measure": claim.measure.definition,
         "reason for it": claim.reason,
-        "note": claim.note,
     }
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in SETTING_LABELS.items():

@@ -22,7 +22,7 @@ def write_front_page(results_root: Path) -> Path:
     Raises `ResultsError` for an unreadable report, and `OSError`.
     """
     papers = [_summary(name, results_root) for name in paper_names()]
-    caption = "As written: the paper taken literally. Recommended: with a few open values changed."
+    caption = "As written: printed equations and numbers. Recommended: defaults of the trackers."
     cards = [card("paper_summaries", papers=papers)]
     section = PageSection("papers", "Verdicts in two settings", cards, caption=caption)
     n_reproduced = sum(bool(paper["counts"]) for paper in papers)

@@ -39,8 +39,9 @@ def page(report: Report, path: Path, pictures: Path) -> str:
     details = details_file(path).name
     more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
     parts = [f"# {report.paper.title}", report.paper.citation]
-    finding, *counts = answer(report.paper, report.verdicts) or [report.paper.method]
-    parts += [f"**{finding}**" if counts else finding, *counts, more]
+    finding, *sums, labels = answer(report.paper, report.verdicts) or [report.paper.method, ""]
+    lines = "\n".join(f"- {line}" for line in sums)
+    parts += [f"**{finding}**" if sums else finding, lines, labels, more]
     for section in report.sections:
         parts += [f"## {section.title}", *_paragraphs(section)]
         for figure in section.figures:

@@ -1,8 +1,8 @@
 """Measures of a run; a specification is, for example, `mean_error:first=36:last=80`.
 
 A measure is a function of a `MeasuredRun` with the decorator `@measure`. A paper's `measures.py`
-adds further measures. Functions with this decorator in its `scenes.py` and `timing.py` are measures
-of scenes and of times. Frames are numbered as in the paper.
+adds further measures. Functions with this decorator in its `scenes.py` are measures of scenes.
+Frames are numbered as in the paper.
 """
 
 import importlib
@@ -25,7 +25,7 @@ from trackmark.datasets.spec_string import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., Any]
-Subject = Literal["run", "scene", "time"]
+Subject = Literal["run", "scene"]
 F = TypeVar("F", bound=Function)
 
 KEPT_SHARE = 0.9  # minimum share of the visible frames in which a kept target is tracked
@@ -128,18 +128,26 @@ class Declaration(NamedTuple):
     unit: str  # such as `share`, `px` or `frames`
     lower_is_better: bool
     lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
+    kept: Function | None  # returns 1 if the target is kept; None: as the paper defines it
+    averaged: bool  # values of a sequence with several members are averaged, not summed
 
 
 _DECLARATIONS: dict[Function, Declaration] = {}
 
 
 def measure(
-    unit: str = "", *, lower_is_better: bool = False, lost_before: Function | None = None
+    unit: str = "",
+    *,
+    lower_is_better: bool = False,
+    lost_before: Function | None = None,
+    kept: Function | None = None,
+    averaged: bool = False,
 ) -> Callable[[F], F]:
-    """Declare a function as a measure, with its unit and direction."""
+    """Declare a function as a measure; `Declaration` explains the arguments."""
 
     def declare(function: F) -> F:
-        _DECLARATIONS[function] = Declaration(unit, lower_is_better, lost_before)
+        declaration = Declaration(unit, lower_is_better, lost_before, kept, averaged)
+        _DECLARATIONS[function] = declaration
         return function
 
     return declare
@@ -150,8 +158,7 @@ class Measure:
     """Measure with its options.
 
     A measure of a `run` is a function of a `MeasuredRun`. A measure of a `scene` is a function of
-    the specifications of a scene and of trackers, a measure of a `time` one of a context and a
-    setting.
+    the specifications of a scene and of trackers.
     """
 
     spec: str
@@ -161,6 +168,8 @@ class Measure:
     lower_is_better: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
     lost_before: "Measure | None" = None  # 1 if the target is lost before the event, else 0
+    kept: "Measure | None" = None  # 1 if the target is kept; None: as the paper defines it
+    averaged: bool = False  # values of a sequence with several members are averaged, not summed
 
     def __call__(self, measured: MeasuredRun) -> float:
         """Return the value of the measure for a run."""
@@ -177,8 +186,7 @@ class Measure:
 def find_measure(spec: str, paper: str) -> Measure:
     """Return the measure of a specification; the paper's measures precede the common ones.
 
-    `scenes.NAME` and `timing.NAME` are measures of scenes and of times. Raises `ValueError` for an
-    unknown name or option.
+    `scenes.NAME` is a measure of scenes. Raises `ValueError` for an unknown name or option.
     """
     name, options = parse_text(spec)
     module, _, short_name = name.rpartition(".")
@@ -191,13 +199,25 @@ def find_measure(spec: str, paper: str) -> Measure:
         typed = typed_options(function, options)
     except ValueError as error:
         raise ValueError(f"measure {spec!r}: {error}") from None
-    subjects: dict[str, Subject] = {"scenes": "scene", "timing": "time"}
-    unit, lower_is_better, lost_before = _DECLARATIONS[function]
-    before = lost_before and Measure(
-        f"lost before {spec}", "run", lost_before, "share", True, typed
+    declaration = _DECLARATIONS[function]
+    before, kept = (
+        related and Measure(f"{noun} {spec}", "run", related, "share", options=typed)
+        for noun, related in (
+            ("lost before", declaration.lost_before),
+            ("kept for", declaration.kept),
+        )
     )
-    subject = subjects.get(module, "run")
-    return Measure(spec, subject, function, unit, lower_is_better, typed, before)
+    return Measure(
+        spec,
+        "scene" if module == "scenes" else "run",
+        function,
+        declaration.unit,
+        declaration.lower_is_better,
+        typed,
+        before,
+        kept,
+        declaration.averaged,
+    )
 
 
 def typed_options(function: Function, options: Mapping[str, str]) -> dict[str, Any]:

@@ -107,6 +107,19 @@ class FigureDefinition(TomlTable):
         return not quick or (self.quick and self.kind != "plot")
 
 
+class ChainStep(TomlTable):
+    """Parameter whose default is not the value of the text, and the reason, which is no result.
+
+    `trackers`: registered names of the trackers with these values.
+    """
+
+    parameter: NonEmptyText
+    as_written: NonEmptyText
+    recommended: NonEmptyText
+    trackers: Texts
+    reason: NonEmptyText
+
+
 class SensitivityColumn(TomlTable):
     """Column of the sensitivity table: a measure of a tracker on a sequence."""
 
@@ -197,9 +210,7 @@ class Paper(TomlTable):
     quick_scenes: Annotated[int, Field(ge=1)] = 3
     trackers: dict[str, InstanceOf[PaperTracker]]
     sequences: dict[str, InstanceOf[PaperSequence]]
-    # Why a parameter differs between the settings, by its name.
-    reasons: dict[NonEmptyText, NonEmptyText] = Field(default={})
-    equal_values: Texts = ()  # values of both settings, after the word `printed` or `not printed`
+    chain: tuple[ChainStep, ...] = ()  # from the text to the defaults, in this order
     main_table: MainTable
     figure: dict[NonEmptyText, FigureDefinition] = Field(default={})
     pictures: Annotated[Texts, Field(max_length=2)] = ()  # strips on the page, by their file stems
@@ -220,6 +231,10 @@ class Paper(TomlTable):
     def names(self) -> Names:
         """Trackers and sequences by the names that the files of the paper use."""
         return Names(self.name, self.trackers, self.sequences)
+
+    def steps(self, registered_name: str) -> list[ChainStep]:
+        """Return the steps from the text to the default of a tracker."""
+        return [step for step in self.chain if registered_name in step.trackers]
 
     def spec(self, tracker: str, setting: str) -> str:
         """Return the specification of a tracker, as named in `paper.toml`, in a setting."""

@@ -34,7 +34,9 @@ def required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
             add([figure.sequence], figure.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
         if claim.measure.subject == "run":
-            add(claim.sequences, claim.all_trackers, claim.n_scenes)
+            for side in (claim.trackers, claim.better, claim.worse):
+                for tracker, sequence in claim.pairs(side):
+                    add([sequence], [tracker], claim.n_scenes)
     return [Case(spec, sequence, n_scenes[sequence]) for sequence, spec in specs]
 
 

@@ -115,11 +115,11 @@ def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | N
 
 
 def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
-    """Return the worst run of a claim's first tracker; None for times and values of scenes."""
+    """Return the worst run of a claim's first tracker; None for values of scenes."""
     if claim.measure.subject != "run":
         return None
     specs = tuple(tracker.spec(setting) for tracker in claim.all_trackers)
-    of_first = claim.cases(setting)[: len(claim.sequences)]
+    of_first = claim.sides(setting)[0][: len(claim.sequences)]
     return _worst(of_first, claim.measure, specs, context)
 
 

@@ -85,9 +85,10 @@ class PaperRuns:
     def values(self, case: Case, measure: Measure) -> pd.DataFrame:
         """Return a measure by scene, as mean over repetitions.
 
-        Values of a sequence with several members are summed. Scenes are omitted if they have no
-        runs or if the measure is NaN in all runs. Columns: `sequence`, `rank` (index of the scene,
-        from 0), `scene` (specification of its first member), `tracker` (specification), `value`.
+        Values of a sequence with several members are summed, or averaged if the measure says so.
+        Scenes are omitted if they have no runs or if the measure is NaN in all runs. Columns:
+        `sequence`, `rank` (index of the scene, from 0), `scene` (specification of its first
+        member), `tracker` (specification), `value`.
         """
         rows = []
         for rank, members in enumerate(case.scenes):
@@ -98,7 +99,8 @@ class PaperRuns:
             defined = [[value for value in run_values if not isnan(value)] for run_values in values]
             if all(defined):
                 total = sum(sum(numbers) / len(numbers) for numbers in defined)
-                rows.append((case.sequence.name, rank, members[0], case.tracker, total))
+                value = total / len(members) if measure.averaged else total
+                rows.append((case.sequence.name, rank, members[0], case.tracker, value))
         return pd.DataFrame(rows, columns=["sequence", "rank", "scene", "tracker", "value"])
 
 

@@ -11,7 +11,12 @@ from trackmark.bench.papers.choices import choice_table
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.paper import Paper, read_sensitivity
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.settings import clip_command, default_sentences, setting_table
+from trackmark.bench.papers.settings import (
+    candidate_table,
+    chain_sentences,
+    chain_table,
+    clip_command,
+)
 from trackmark.bench.papers.strips import COLOUR_SENTENCE
 from trackmark.bench.papers.tables import criteria_table, sensitivity_table
 from trackmark.bench.papers.verdicts import VerdictRow, setting_counts, verdict_table
@@ -40,9 +45,9 @@ LABEL_SENTENCES = {
         "the claim is not counted."
     ),
     "not testable here": (
-        "*Not testable here*: our scenes can show nothing about the claim, for example because all "
-        "compared trackers keep the target in nearly all scenes (*ceiling*) or lose it in nearly "
-        "all (*floor*)."
+        "*Not testable here*: our scenes can show nothing about the claim. All compared trackers "
+        "keep the target in nearly all scenes (*ceiling*) or in nearly none (*floor*), the target "
+        "is lost before the event of the claim, or the problem does not arise."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""
@@ -96,7 +101,7 @@ def page_sections(
         Section("numbers", "The paper's results and ours", [SETTINGS_SENTENCE], [main]),
         Section("pictures", "Pictures", [COLOUR_SENTENCE] if strips else [], figures=strips),
         *(judged if verdicts else []),
-        setting_section(paper),
+        chain_section(paper),
         *([Section("decided", DECIDED, [notes.get(DECIDED, "")])] if verdicts else []),
         command_section(context, notes),
     ]
@@ -118,24 +123,21 @@ def details_sections(
     )
     history = f"The [history](history.md#{paper.name}) lists changes of scenes and claims."
     return [
-        Section("method", "Method and videos", [paper.method, VIDEOS, history]),
+        Section("method", "Method and videos", [paper.citation, paper.method, VIDEOS, history]),
         *([Section("rules", "Rules of the verdicts", [RULES])] if verdicts else []),
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
+        Section("considered", "Values that were not taken", tables=[candidate_table(paper)]),
         Section("sensitivity", "Sensitivity", [] if tables else [written], tables),
         *(Section(table.name, table.name.capitalize(), tables=[table]) for table in main),
         Section("figures", "Figures", figures=figures),
     ]
 
 
-def setting_section(paper: Paper) -> Section:
-    """Return the section on the values of the settings."""
-    return Section(
-        "parameters",
-        "From the text to the default",
-        default_sentences(paper),
-        [setting_table(paper)],
-    )
+def chain_section(paper: Paper) -> Section:
+    """Return the section on the values that differ between the text and the defaults."""
+    tables = [chain_table(paper)] if paper.chain else []
+    return Section("parameters", "From the text to the default", chain_sentences(paper), tables)
 
 
 def command_section(context: Context, notes: Mapping[str, str]) -> Section:

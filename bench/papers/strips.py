@@ -25,6 +25,9 @@ Outline = NDArray[np.float64]
 BOTH = "both settings"
 """Label of a run with equal parameters in both settings."""
 
+PAPER = "paper"
+"""Label of a note on the state of the target in the paper."""
+
 SHADES = dict(zip([*SETTING_LABELS.values(), BOTH], [DARK[1], LIGHT[0], LIGHT[0]], strict=True))
 COLOUR_SENTENCE = "White: ground truth; orange: as written; blue: recommended, or both settings."
 
@@ -94,7 +97,7 @@ class Strip:
     shape: Shape = "box"
 
     @property
-    def windows(self) -> list[tuple[int, int, int, int]]:
+    def windows(self) -> list[tuple[int, ...]]:
         """Cut-out `(x, y, width, height)` of each column, of equal size around the target [px]."""
         height, width = self.rows[0].images[0].shape[:2]
         boxes = np.array([_bounds(outline, self.shape) for outline in self.truth])
@@ -110,7 +113,7 @@ class Strip:
         return windows
 
     def tile(self, row: StripRow, column: int) -> Image:
-        """Return a cut-out with its outlines and the label of the column.
+        """Return a cut-out with its outlines, the label of the column and the paper's state.
 
         A dot at the edge marks the direction of an estimate outside the cut-out.
         """
@@ -119,7 +122,10 @@ class Strip:
         scale = TILE_WIDTH / width
         outlines = {TRUTH: self.truth[column], **row.outlines[column]}
         moved = {label: _moved(outline, x, y, self.shape) for label, outline in outlines.items()}
-        drawn = overlay(image, moved, SHADES, scale, self.labels[column], self.shape)
+        notes = row.notes[column] if row.notes else ()
+        states = [f"paper: {note.text}" for note in notes if note.label == PAPER]
+        label = ", ".join([self.labels[column], *states])
+        drawn = overlay(image, moved, SHADES, scale, label, self.shape)
         for label, outline in moved.items():
             _mark_outside(drawn, _bounds(outline, self.shape) * scale, SHADES.get(label, ""))
         return drawn
@@ -160,11 +166,13 @@ def _bounds(outline: Outline, shape: Shape) -> Outline:
     points = outline[np.isfinite(outline).all(axis=1)]
     if not len(points):
         return np.full(4, np.nan)
-    return np.concatenate([points.min(axis=0), np.ptp(points, axis=0)])
+    corner = points.min(axis=0)
+    return np.concatenate([corner, points.max(axis=0) - corner])
 
 
 def _moved(outline: Outline, x: int, y: int, shape: Shape) -> Outline:
-    return outline - np.array([x, y] if shape == "contour" else [x, y, 0, 0])
+    moved: Outline = outline - np.array([x, y] if shape == "contour" else [x, y, 0, 0])
+    return moved
 
 
 def _mark_outside(image: Image, box: Outline, shade: str) -> None:

@@ -4,8 +4,8 @@
     times["hand"]["CamShift"] -> seconds per frame, shape (12,)
 
 Times do not include run delay (`trackers.base.call_clock`). Other load then slows all methods
-equally and hardly changes ratios of times. A paper's `timing.py` defines the methods. Its functions
-with the decorator `@measure` return pairs of longer and shorter times for claims.
+equally and hardly changes ratios of times. A paper's `timing.py` defines the methods and a table of
+their times (`time_table`). Times are never judged.
 """
 
 import hashlib
@@ -38,16 +38,13 @@ from trackmark.trackers.base.interface import Box, Image
 
 PACKAGE = Path(str(trackers.__file__)).parent
 
-ROUNDS = 12  # number of pairs of times for a verdict
+ROUNDS = 12  # number of times of each method
 SECONDS = 2.0  # minimum total time of the slowest method [s]
 FRAMES = 20
 STEADY_RATIO = 1.1  # of the median to the minimum time of `reference`, for times that are kept
 ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1", "MKL_NUM_THREADS": "1", "OMP_NUM_THREADS": "1"}
 
 Values = NDArray[np.float64]
-
-Pairs = list[tuple[Values, Values]]
-"""Longer and shorter times, each of shape (`ROUNDS`,)."""
 
 Times = dict[str, dict[str, Values]]
 """Seconds per frame by sequence and method, each of shape (`ROUNDS`,)."""

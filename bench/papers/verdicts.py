@@ -14,7 +14,10 @@ from trackmark.bench.papers.claims import Claim
 from trackmark.bench.statistics.verdict_rules import Verdict
 from trackmark.reports.tables import MISSING, Cell, Table
 
-VERDICTS = ("holds", "does not hold", "inconclusive", "not testable")
+VERDICTS = ("holds", "does not hold", "inconclusive", "by construction", "not testable here")
+
+COUNTED = ("holds", "does not hold", "inconclusive")
+"""Verdicts that count as main results."""
 
 
 @dataclass(frozen=True)
@@ -49,15 +52,15 @@ class VerdictRow:
             "paper": self.claim.paper,
             "falsified_if": self.claim.falsified_if,
             "reason": self.claim.reason,
-            "note": self.claim.note,
             "settings": {name: self._setting(name) for name in self.verdicts},
         }
 
     def remarks(self, setting: str) -> list[str]:
-        """Return the reason of an inconclusive verdict and the remarks that limit a verdict."""
+        """Return the reason of a verdict that decides nothing, and remarks that limit a verdict."""
         verdict = self.verdicts[setting]
-        is_open = verdict.verdict == "inconclusive" or "too small" in verdict.reason
-        parts = [verdict.reason if is_open else "", *self.notes[setting], self.claim.note]
+        needs_reason = verdict.verdict not in ("holds", "does not hold")
+        needs_reason |= "too small" in verdict.reason
+        parts = [verdict.reason if needs_reason else "", *self.notes[setting]]
         return [*dict.fromkeys(filter(None, parts))]
 
     def _setting(self, name: str) -> dict[str, Any]:
@@ -85,9 +88,6 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
         # An undecided scene counts as half a success.
         successes = round(2 * verdict.statistic * verdict.n_units) / 2
         return f"{successes:g} of {counted}, {estimate}"
-    ratio, as_long, _ = estimate.partition(" times as long")
-    if claim.test == "time":
-        return f"{'ratio ' if as_long else ''}{ratio}, {verdict.n_units} rounds"
     margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
     return f"{estimate}, {margin}{counted}"
 
@@ -105,20 +105,19 @@ def judge_row(  # name: claims are judged
 
 
 def setting_counts(rows: Sequence[VerdictRow]) -> list[str]:
-    """Return the numbers of verdicts by setting: `as-written: 4 hold`; empty without claims."""
-    return [f"{setting}: {count_verdicts(rows, setting)}" for setting in SETTINGS if rows]
+    """Return `as-written: ` and the sum line, by setting; empty without claims."""
+    return [f"{setting}: {sum_line(rows, setting)}" for setting in SETTINGS if rows]
 
 
-def count_verdicts(rows: Sequence[VerdictRow], setting: str) -> str:
-    """Return `4 hold, 2 do not hold, 1 inconclusive, 1 not testable` for a setting."""
+def sum_line(rows: Sequence[VerdictRow], setting: str) -> str:
+    """Return `Main results reproduced: 2 of 5 (1 by construction, 2 not testable here)`.
+
+    Claims that hold are counted among those that hold, do not hold or are inconclusive.
+    """
     counts = Counter(str(row.verdicts[setting].verdict) for row in rows)
-    plurals = {"holds": "hold", "does not hold": "do not hold"}
-    counted = [
-        f"{counts[name]} {plurals.get(name, name) if counts[name] != 1 else name}"
-        for name in VERDICTS
-        if counts[name]
-    ]
-    return ", ".join(counted)
+    others = ", ".join(f"{counts[label]} {label}" for label in VERDICTS if label not in COUNTED)
+    n_counted = sum(counts[label] for label in COUNTED)
+    return f"Main results reproduced: {counts['holds']} of {n_counted} ({others})"
 
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:

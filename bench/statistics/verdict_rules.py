@@ -3,18 +3,16 @@
     order(differences)               "A is better than B"; differences are A - B.
     no_worse(differences)            "A is as good as B, or better".
     share(succeeded, limit)          "X happens in most scenes".
-    time(longer, shorter, factor)    "A takes longer than B by a factor"; times of pairs.
-    number(values)                   Our value of a published number; never judged.
     conjunction(parts)               A claim with several parts, all of which must hold.
+    at_floor, at_ceiling             Whether a comparison cannot show anything on these scenes.
 
 Each verdict follows from its printed interval (`rules`). Differences and margins have the same
-unit. With enough scenes a rule decides, unless the true value equals the limit (margin, share,
-factor).
+unit. With enough scenes a rule decides, unless the true value equals the limit (margin, share).
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass, replace
-from math import exp, floor, inf, isfinite, isnan, log, log10, nan
+from math import floor, inf, isfinite, isnan, log10, nan
 from typing import Any, Literal
 
 import numpy as np
@@ -23,7 +21,6 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.bench.statistics.intervals import Interval, mean_interval, share_interval
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
-    CONFIDENCE,
     LIKELY,
     MIN_SCENES,
     MIN_UNITS,
@@ -38,9 +35,18 @@ from trackmark.bench.statistics.rules import (
     units_needed,
 )
 
-Outcome = Literal["holds", "does not hold", "inconclusive", "not testable"]
+Outcome = Literal["holds", "does not hold", "inconclusive", "by construction", "not testable here"]
 
 NO_INTERVAL = Interval(nan, nan)
+
+FLOOR_SHARE = 0.2
+"""Share of scenes kept below which, with its interval, a tracker is at the floor."""
+
+CEILING_SHARE = 0.8
+"""Share of scenes kept above which, with its interval, a tracker is at the ceiling."""
+
+MIN_KEPT_SCENES = 24
+"""Minimum number of scenes that can show a floor or a ceiling."""
 
 
 @dataclass(frozen=True)
@@ -165,7 +171,20 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
     if n >= MIN_UNITS:
         interval = share_interval(float(successes.sum()), n)
         likely = share_interval(float(successes.sum()), n, LIKELY)
-    return _beyond_limit(value, interval, likely, n, limit, "scene", MIN_SCENES)
+    verdict: Outcome = "inconclusive"
+    if n < MIN_SCENES:
+        reason = too_few(n, MIN_SCENES, "scenes")
+    elif interval.low > limit:
+        verdict, reason = "holds", f"interval above {limit:g}"
+    elif interval.high < limit:
+        verdict, reason = "does not hold", f"interval below {limit:g}"
+    else:
+        shifted, shifted_likely = (
+            Interval(*(end - limit for end in ends)) for ends in (interval, likely)
+        )
+        needed = units_needed(value - limit, shifted, shifted_likely, n, 0.0)
+        reason = f"interval contains the limit {limit:g}; {in_words(needed, 'scenes')}"
+    return Verdict(verdict, value, interval, n, reason)
 
 
 def success(shares: ArrayLike) -> NDArray[np.float64]:
@@ -184,38 +203,30 @@ def success(shares: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def time(longer: ArrayLike, shorter: ArrayLike, factor: float = 1.0) -> Verdict:
-    """Judge whether A takes longer than B by more than a factor above 0.
+def kept_interval(kept: ArrayLike, *, sets: bool = False) -> Interval:
+    """Return the interval of the share of scenes, or of members of sets, that a tracker keeps.
 
-    The claim holds if the interval of the geometric mean of the ratios is above the factor, and
-    does not if it is below. Times have shape (n,), are above 0 and have the same unit. The times of
-    a pair are measured one after the other.
+    `kept`: share of kept runs of each scene, or of kept members of each set, shape (n,), in [0, 1].
+    The interval of scenes is that of `share`; the interval of sets is that of a mean. It is missing
+    (NaN) for fewer than `MIN_KEPT_SCENES` units.
     """
-    over, under = _finite(longer), _finite(shorter)
-    if over.shape != under.shape or (over <= 0).any() or (under <= 0).any():
-        raise ValueError("Expected: pairs of times above 0.")
-    ratios = np.log(over / under)
-    value, n, interval, likely = exp(_mean(ratios)), len(ratios), NO_INTERVAL, NO_INTERVAL
-    if n >= MIN_UNITS:
-        interval, likely = (
-            Interval(*(exp(end) for end in mean_interval(ratios, level)))
-            for level in (CONFIDENCE, LIKELY)
-        )
-    verdict = _beyond_limit(value, interval, likely, n, factor, "pair", MIN_UNITS, log)
-    return replace(verdict, unit="times as long")
+    shares = _finite(kept)
+    if len(shares) < MIN_KEPT_SCENES:
+        return NO_INTERVAL
+    if not sets:
+        return share_interval(float(success(shares).sum()), len(shares))
+    low, high = mean_interval(shares)
+    return Interval(max(low, 0.0), min(high, 1.0))
 
 
-def number(values: ArrayLike) -> Verdict:
-    """Report our value of a published number without judging it.
+def at_floor(kept: Iterable[Interval]) -> bool:
+    """Return whether all trackers, by their intervals of `kept_interval`, lose the target."""
+    return all(interval.high < FLOOR_SHARE for interval in kept)
 
-    The published number and ours come from different videos, so that neither supports a verdict.
 
-    `values`: our numbers, one per scene, shape (n,).
-    """
-    finite = _finite(values)
-    interval = interval_or_none(finite) or NO_INTERVAL
-    reason = "numbers from different videos are printed, not judged"
-    return Verdict("not testable", _mean(finite), interval, len(finite), reason)
+def at_ceiling(kept: Iterable[Interval]) -> bool:
+    """Return whether all trackers, by their intervals of `kept_interval`, keep the target."""
+    return all(interval.low > CEILING_SHARE for interval in kept)
 
 
 def conjunction(judges: Mapping[str, Judge]) -> Verdict:
@@ -241,39 +252,6 @@ def conjunction(judges: Mapping[str, Judge]) -> Verdict:
     if open_parts:
         return replace(decides, verdict="inconclusive", reason=f"part {name}: {decides.reason}")
     return replace(decides, reason=f"all {k} parts hold")
-
-
-def _beyond_limit(
-    value: float,
-    interval: Interval,
-    likely: Interval,
-    n: int,
-    limit: float,
-    counted: str,
-    min_units: int,
-    scale: Callable[[float], float] = float,
-) -> Verdict:
-    """Judge whether the interval of at least `min_units` units is above a limit.
-
-    `likely`: interval at the level `LIKELY`, from which the number of needed units follows.
-    `scale`: function that converts a value into the unit of the averaged numbers, such as a
-    logarithm.
-    """
-    verdict: Outcome = "inconclusive"
-    if n < min_units:
-        reason = too_few(n, min_units, f"{counted}s")
-    elif interval.low > limit:
-        verdict, reason = "holds", f"interval above {limit:g}"
-    elif interval.high < limit:
-        verdict, reason = "does not hold", f"interval below {limit:g}"
-    else:
-        middle = scale(limit)
-        shifted, shifted_likely = (
-            Interval(*(scale(end) - middle for end in ends)) for ends in (interval, likely)
-        )
-        needed = units_needed(scale(value) - middle, shifted, shifted_likely, n, 0.0)
-        reason = f"interval contains the limit {limit:g}; {in_words(needed, f'{counted}s')}"
-    return Verdict(verdict, value, interval, n, reason, counted=counted)
 
 
 def _mean(values: NDArray[Any]) -> float:

@@ -1,15 +1,15 @@
-"""Measures on masks: region similarity J, near patches of similar colour and jumps of the light."""
+"""Measures on masks: region similarity J, and losses at jumps of the light."""
 
 from math import nan
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.measures import KEPT_SHARE, MeasuredRun, Values, kept_to_end, measure
+from trackmark.bench.papers.measures import MeasuredRun, Values, kept_to_end, measure
 
 TRACKED = 0.5  # minimum J of a tracked frame
-JUMP, PATCH = "light change", "similar patch"
-"""Attributes of frames: the light jumps; a patch of the target's colour touches the target."""
+JUMP = "light change"
+"""Attribute of frames in which the light jumps."""
 
 AFTER = 10  # frames after a jump
 
@@ -41,12 +41,6 @@ def mean_similarity(measured: MeasuredRun) -> float:
 def not_kept(measured: MeasuredRun) -> float:
     """Return 1 if the target is not kept, else 0."""
     return 1.0 - kept_to_end(measured)
-
-
-@measure("share")
-def tracked_at_patch(measured: MeasuredRun) -> float:
-    """Return 1 if J is 0.5 or more in 90 % of the frames in which a patch touches the target."""
-    return float(measured.on_target[_frames(measured, PATCH)].mean() >= KEPT_SHARE)
 
 
 @measure("share")

@@ -7,9 +7,8 @@ import numpy as np
 
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import SETTINGS
-from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds
+from trackmark.bench.papers.timing import Methods, Values, kept_times, milliseconds
 from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.histograms.bins import LuvBins
@@ -52,17 +51,16 @@ def histograms(specs: Mapping[str, str]) -> Methods:
     return {name: partial(_Histograms, parameters, n) for name, n in (("single", 1), ("multi", 2))}
 
 
-@measure()
-def multi_over_single(context: Context, setting: str) -> Pairs:
-    """Return times of two-part and single histograms."""
+def _times(context: Context, setting: str) -> tuple[Values, Values]:
+    """Return the times of two-part and of single histograms [s]."""
     tracker = [*context.paper.trackers][:1]  # all trackers have the same bins
     times = kept_times(context, histograms, setting, tracker, [SEQUENCE], FRAMES)[SEQUENCE]
-    return [(times["multi"], times["single"])]
+    return times["multi"], times["single"]
 
 
 def time_table(context: Context) -> Table:
     """Return the paper's difference and ours."""
-    pairs = [pair for setting in SETTINGS for pair in multi_over_single(context, setting)]
+    pairs = [_times(context, setting) for setting in SETTINGS]
     rows = [
         ["single", MISSING, *(milliseconds(single) for _, single in pairs)],
         ["two parts", MISSING, *(milliseconds(multi) for multi, _ in pairs)],

@@ -34,6 +34,12 @@ def kept_in_clip(measured: MeasuredRun, trajectory: Trajectory | None = None) ->
     return float(tracked.mean() >= SUCCESS and bool(tracked[-LAST:].all()))
 
 
+@measure("share", averaged=True)
+def tracked_frames(measured: MeasuredRun) -> float:
+    """Return the share of the clear frames in which the overlap is 0.5 or more."""
+    return float(measured.on_target[_clear(measured)].mean())
+
+
 @measure("occlusions")
 def detected(measured: MeasuredRun, trajectory: Trajectory | None = None) -> float:
     """Return the number of complete occlusions that are declared and followed by a re-detection."""

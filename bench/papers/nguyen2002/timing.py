@@ -1,14 +1,12 @@
 """Time per frame on a whole clip (section 3)."""
 
-import numpy as np
-
 from trackmark.bench.papers import SETTINGS
-from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.timing import Pairs, Values, kept_times, milliseconds, tracker_methods
+from trackmark.bench.papers.timing import Values, kept_times, milliseconds, tracker_methods
 from trackmark.reports.tables import Table, text_table
 
 CLIPS = "clips"
+FEATURES = ("intensity", "RGB", "c1c2c3")  # trackers of `paper.toml`
 WHOLE = 1000  # more frames than any clip: whole clips are timed
 
 
@@ -17,16 +15,8 @@ def _times(context: Context, setting: str) -> dict[str, Values]:
 
     The clip has an occlusion, after which the tracker processes all hidden frames again.
     """
-    names = [*context.paper.trackers]
-    times = kept_times(context, tracker_methods, setting, names, [CLIPS], WHOLE)[CLIPS]
-    return {name: times[name] for name in names}
-
-
-@measure("ms")
-def frame_time(context: Context, setting: str) -> Pairs:
-    """Return the time per frame of the slowest kind of features."""
-    slowest = 1e3 * max(_times(context, setting).values(), key=np.mean)
-    return [(slowest, slowest)]
+    times = kept_times(context, tracker_methods, setting, FEATURES, [CLIPS], WHOLE)[CLIPS]
+    return {name: times[name] for name in FEATURES}
 
 
 def time_table(context: Context) -> Table:

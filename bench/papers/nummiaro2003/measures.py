@@ -12,8 +12,9 @@ HIDDEN = 0.5  # visible share below which the target is hidden
 GONE = 0.1  # visible share below which the target is hidden completely
 CLEAR = 0.8  # visible share above which the target is in view again
 RECOVERY = 30  # number of frames after the occlusion by the tree until the target is tracked
-BRIDGE = 10  # frames after a short occlusion, or after the target leaves the view
+BRIDGE = 10  # frames after a short occlusion
 END = 20  # number of last visible frames
+MOST = 0.5  # share of these frames above which the target is recovered
 
 
 class Hiding(NamedTuple):
@@ -38,7 +39,12 @@ def size_error(measured: MeasuredRun) -> float:
     return float(np.nan_to_num(_size_error(measured), nan=1.0)[measured.present].mean())
 
 
-@measure("share")
+def _recovered(measured: MeasuredRun) -> float:
+    """Return 1 if the target is tracked in most of the last 20 frames in view, else 0."""
+    return float(on_target_at_end(measured) > MOST)
+
+
+@measure("share", kept=_recovered)
 def on_target_at_end(measured: MeasuredRun) -> float:
     """Return the share of the last 20 frames in view in which the target is tracked."""
     clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))
@@ -95,13 +101,6 @@ def bridges_short_occlusions(measured: MeasuredRun) -> float:
             for hiding, end in zip(counted, ends, strict=True)
         )
     )
-
-
-@measure("share")
-def count_falls_at_exit(measured: MeasuredRun) -> float:
-    """Return 1 if `few_positive` is true within ten frames after the target leaves, else 0."""
-    left = int(np.flatnonzero(measured.present)[-1]) + 1
-    return float(few_positive(measured)[left : left + BRIDGE + 1].any())
 
 
 def few_positive(measured: MeasuredRun) -> NDArray[np.bool_]:

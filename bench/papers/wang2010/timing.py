@@ -6,9 +6,8 @@ from functools import partial
 import numpy as np
 
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers.measures import measure
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.timing import Methods, Pairs, kept_times, milliseconds, tracker_methods
+from trackmark.bench.papers.timing import Methods, kept_times, milliseconds, tracker_methods
 from trackmark.bench.papers.wang2010 import plain
 from trackmark.reports.tables import MISSING, Table, text_table
 
@@ -36,21 +35,6 @@ def plain_methods(specs: Mapping[str, str]) -> Methods:
     }
 
 
-@measure()
-def table_1_ratios(context: Context, setting: str) -> Pairs:
-    """Return two pairs of times: proposed filter and CamShift, traditional and proposed filter."""
-    sequence, names = "table-tennis", (CAMSHIFT, PROPOSED, FILTER)
-    times = kept_times(context, plain_methods, setting, names, [sequence])[sequence]
-    return [(times[PROPOSED], times[CAMSHIFT]), (times[FILTER], times[PROPOSED])]
-
-
-@measure()
-def hand_ratio(context: Context, setting: str) -> Pairs:
-    """Return the times of improved and of traditional CamShift."""
-    times = kept_times(context, plain_methods, setting, (CAMSHIFT, IMPROVED), ["hand"])["hand"]
-    return [(times[IMPROVED], times[CAMSHIFT])]
-
-
 def time_table(context: Context) -> Table:
     """Return the paper's times, and ours in the setting `as-written`."""
     rows = []
@@ -61,9 +45,7 @@ def time_table(context: Context) -> Table:
         )
         for tracker, seconds in published.items():
             name, _, particles = tracker.partition(", N = ")
-            ratio = float(
-                np.exp(np.log(slow[tracker] / slow[CAMSHIFT]).mean())
-            )  # as in the verdicts
+            ratio = float(np.exp(np.log(slow[tracker] / slow[CAMSHIFT]).mean()))
             rows.append(
                 [
                     *(f"{SIZES[sequence]}, {name}", particles or MISSING, f"{seconds:.3f}"),

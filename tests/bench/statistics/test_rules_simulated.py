@@ -4,15 +4,20 @@ Rows of a matrix are repeated experiments, columns are units. Expected values ar
 the documentation states. They come from another implementation of the same populations.
 """
 
+from functools import partial
+
 import numpy as np
+import pandas as pd
 import pytest
 
+from tests.bench.papers.claim_entries import claim
 from trackmark.bench.commands.baseline import DEFAULT_DETECTABLE_DROP, DEFAULT_REPETITIONS
 from trackmark.bench.experiments.experiment import SequenceSpec
+from trackmark.bench.papers.claim_tests import Evidence, judge
 from trackmark.bench.regression.baseline import DECIMALS, Baseline, BaselineScore
 from trackmark.bench.regression.check import check
 from trackmark.bench.statistics import verdict_rules
-from trackmark.bench.statistics.intervals import interval_ends
+from trackmark.bench.statistics.intervals import interval_ends, share_interval
 from trackmark.bench.statistics.rules import (
     CLAIM_MARGIN,
     MARGIN,
@@ -91,12 +96,12 @@ def order(values):
     return np.select([answers == "better", fails], ["holds", "does not hold"], "inconclusive")
 
 
-def no_worse(values):
+def no_worse(values, margin=CLAIM_MARGIN):
     """Return the verdicts on "A is as good as B" by differences A - B."""
     n = values.shape[-1]
     low, high = interval_ends(values)
-    holds = (low > -CLAIM_MARGIN) & ((n >= units_for_small(CLAIM_MARGIN)) | (low > 0))
-    fails = high < -CLAIM_MARGIN
+    holds = (low > -margin) & ((n >= units_for_small(margin)) | (low > 0))
+    fails = high < -margin
     return np.select([holds, fails], ["holds", "does not hold"], "inconclusive")
 
 
@@ -300,3 +305,62 @@ def test_verdicts_of_many_experiments_agree_with_rules(n):
         for rule in (order, no_worse):
             single = getattr(verdict_rules, rule.__name__)
             assert rule(values).tolist() == [single(row).verdict for row in values]
+
+
+# ------------------------------------------------------------------------------------------ Claims
+
+KINDS = {"order": (9_500, 32), "share": (9_500, 24), "no-worse": (1_000, 36)}
+"""Number of simulated claims and of scenes by kind of test, in about the ratio of the papers."""
+
+
+def simulated_scenes(random, n_claims, n_scenes, loss=0.0):
+    """Draw kept scenes and shares of frames of two trackers, which are equally good.
+
+    Both have the same chance to keep the target of a scene, which differs between claims. Tracker A
+    tracks fewer frames by `loss`.
+    """
+    chances = random.choice([0.02, 0.2, 0.5, 0.8, 0.98], (n_claims, 1))
+    shape = 2, n_claims, n_scenes
+    kept = random.random(shape) < chances
+    shares = np.where(kept, random.beta(40, 2, shape), random.beta(2, 4, shape))
+    return kept, shares - np.array([loss, 0.0]).reshape(2, 1, 1)
+
+
+def testable(kept, kind):
+    """Return which claims are neither at the floor nor at the ceiling; `kept`: (2, claims, n)."""
+    n = kept.shape[-1]
+    low, high = np.transpose([share_interval(k, n) for k in range(n + 1)])[:, kept.sum(axis=-1)]
+    floor = high < verdict_rules.FLOOR_SHARE
+    ceiling = (low > verdict_rules.CEILING_SHARE).all(axis=0)
+    return ~((floor.all(axis=0) if kind == "order" else floor[1]) | ceiling)
+
+
+def scene_table(tracker, values):
+    columns = {"sequence": "ball", "rank": range(len(values)), "tracker": tracker}
+    return pd.DataFrame(columns).assign(value=np.asarray(values, float))
+
+
+def test_wrong_claims_hold_in_at_most_one_of_forty_cases():
+    random, wrong = np.random.default_rng(18), 0
+    for kind, (n_claims, n) in KINDS.items():
+        if kind == "share":
+            holds = [verdict_rules.share([1] * k + [0] * (n - k)).verdict for k in range(n + 1)]
+            wrong += np.sum(np.array(holds)[random.binomial(n, 0.5, n_claims)] == "holds")
+            continue
+        margin = 0.0 if kind == "order" else 0.05
+        kept, (first, second) = simulated_scenes(random, n_claims, n, margin)
+        differences = first - second
+        rule = order if kind == "order" else partial(no_worse, margin=margin)
+        is_testable = testable(kept, kind)
+        wrong += np.sum((rule(differences) == "holds") & is_testable)
+        entry = claim(better="A", worse="B", test=kind, margin=margin or CLAIM_MARGIN)
+        for k in range(40):
+            evidence = Evidence(
+                *(scene_table(*side) for side in (("A", first[k]), ("B", second[k]))),
+                *(scene_table(*side) for side in (("A", kept[0, k]), ("B", kept[1, k]))),
+                unit="share",
+                largest=1.0,
+            )
+            label = rule(differences[k : k + 1])[0] if is_testable[k] else "not testable here"
+            assert judge(entry, evidence).verdict == label
+    assert wrong / sum(n_claims for n_claims, _ in KINDS.values()) <= 0.025

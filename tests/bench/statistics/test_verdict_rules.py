@@ -11,13 +11,14 @@ from trackmark.bench.statistics.intervals import mean_interval, share_interval
 from trackmark.bench.statistics.rules import CLAIM_MARGIN, MIN_SCENES
 from trackmark.bench.statistics.verdict_rules import (
     Verdict,
+    at_ceiling,
+    at_floor,
     conjunction,
     inconclusive,
+    kept_interval,
     no_worse,
-    number,
     order,
     share,
-    time,
 )
 
 SPREAD = np.tile([-0.03, 0.01, -0.01, 0.03], 11)
@@ -108,37 +109,32 @@ def test_share_verdict_and_reason(good, n, limit, verdict, reason):
     assert judged.statistic == pytest.approx(good / n)
 
 
+def test_kept_interval_is_that_of_a_share_or_of_a_mean():
+    assert kept_interval([1.0] * 23) == pytest.approx((np.nan, np.nan), nan_ok=True)
+    assert kept_interval([2 / 3] * 20 + [1 / 3] * 4) == share_interval(20, 24)
+    members = np.linspace(0.9, 1.0, 24)  # of sets
+    low, high = mean_interval(members)
+    assert kept_interval(members, sets=True) == (low, min(high, 1.0))
+
+
 @pytest.mark.parametrize(
-    ("factor", "n", "verdict", "reason"),
+    ("kept", "n", "floor", "ceiling"),
     [
-        (1.1, 10, "holds", "interval above 1.02"),
-        (1.0, 10, "does not hold", "interval below 1.02"),
-        (1.02, 5, "inconclusive", "only 5 of 6 pairs"),
+        (0, 24, True, False),  # upper end 0.142
+        (1, 24, False, False),  # upper end 0.211
+        (24, 24, False, True),  # lower end 0.858
+        (23, 24, False, False),  # lower end 0.789
+        (31, 32, False, True),  # lower end 0.838
+        (0, 23, False, False),  # too few scenes
+        (23, 23, False, False),
     ],
 )
-def test_time_verdict_and_reason(factor, n, verdict, reason):
-    shorter = np.linspace(1.0, 2.0, n)
-    judged = time(factor * shorter, shorter, 1.02)
-    assert (judged.verdict, judged.reason) == (verdict, reason)
-    assert judged.statistic == pytest.approx(factor)
-    assert judged.effect.endswith(f"times as long, {n} pairs")
-
-
-def test_time_that_contains_the_factor_is_inconclusive():
-    ratios = [1.0, 1.2, 0.95, 1.3, 1.0, 1.15]
-    judged = time(ratios, np.ones(6), 1.02)
-    assert judged.verdict == "inconclusive"
-    assert np.log(judged.interval) == pytest.approx(mean_interval(np.log(ratios)))
-    # Logs minus log 1.02: mean 0.0691, lower end -0.0611; 6 (1.4 (0.0691 + 0.0611) / 0.0691)².
-    # for the mean; the ends of the 50 % interval of the mean give the range.
-    assert judged.reason == "interval contains the limit 1.02; 17 to 190 pairs needed"
-
-
-def test_number_is_never_judged():
-    judged = number([0.8, 0.9, 0.7, 0.95, 0.85, 0.99])
-    assert judged.verdict == "not testable"
-    assert judged.interval == pytest.approx(mean_interval([0.8, 0.9, 0.7, 0.95, 0.85, 0.99]))
-    assert number([0.8]).effect == "0.8, 1 scene"
+def test_floor_and_ceiling_follow_from_exact_interval(kept, n, floor, ceiling):
+    interval = kept_interval([1.0] * kept + [0.0] * (n - kept))
+    assert (at_floor([interval]), at_ceiling([interval])) == (floor, ceiling)
+    other = kept_interval([1.0] * 12 + [0.0] * 12)
+    assert not at_floor([interval, other])
+    assert not at_ceiling([interval, other])
 
 
 decided = st.sampled_from([-0.3, -0.1, -0.04, 0.0, 0.04, 0.1, 0.3])
@@ -152,12 +148,9 @@ def test_order_and_no_worse_decide_values_off_the_limit(mean, seed):
 
 
 @given(st.sampled_from([0.05, 0.3, 0.7, 0.95]), st.integers(0, 2**32 - 1))
-def test_share_and_time_decide_values_off_the_limit(truth, seed):
-    generator = np.random.default_rng(seed)
-    judged = share(generator.random(400) < truth)
+def test_share_decides_values_off_the_limit(truth, seed):
+    judged = share(np.random.default_rng(seed).random(400) < truth)
     assert judged.verdict == ("holds" if truth > 0.5 else "does not hold")
-    times = np.exp(generator.normal(truth - 0.5, 0.1, 400))
-    assert time(times, np.ones(400)).verdict == judged.verdict
 
 
 differences = st.lists(st.floats(-1, 1, width=32), min_size=MIN_SCENES, max_size=60)
@@ -214,13 +207,6 @@ def test_effect_has_two_digits_of_the_interval():
     assert inconclusive("not run").effect == ""
 
 
-@pytest.mark.parametrize(
-    "wrong",
-    [
-        partial(order, [np.nan] * 12),
-        partial(time, [0.0] * 6, [1.0] * 6),
-    ],
-)
-def test_values_that_cannot_be_judged_are_rejected(wrong):
-    with pytest.raises(ValueError, match=r"finite|above 0"):
-        wrong()
+def test_values_that_cannot_be_judged_are_rejected():
+    with pytest.raises(ValueError, match="finite"):
+        order([np.nan] * 12)

@@ -7,7 +7,7 @@ import pytest
 
 from tests.bench.papers import measured_runs
 from trackmark import datasets
-from trackmark.bench.papers.moreno2005.measures import JUMP, PATCH
+from trackmark.bench.papers.moreno2005.measures import JUMP
 from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
 
 value = measured_runs.values_of("moreno2005")
@@ -16,14 +16,12 @@ N = 40
 SCENE = "plain/target:length=11"
 
 
-def measured(dips=(), jump=(), patch=(), failure=""):
+def measured(dips=(), jump=(), failure=""):
     """Return a run with J of 0.9, and 0.4 in some frames."""
     values = np.full(N, 0.9)
     values[0] = np.nan
     values[list(dips)] = 0.4
-    attributes = {
-        name: np.isin(np.arange(N), list(frames)) for name, frames in ((JUMP, jump), (PATCH, patch))
-    }
+    attributes = {JUMP: np.isin(np.arange(N), list(jump))}
     run = {"segmentation": SimpleNamespace(region_similarity=values), "failure": failure}
     boxes = np.ones((N, 4))
     return measured_runs.measured("moreno2005", boxes, boxes, run=run, attributes=attributes)
@@ -36,12 +34,6 @@ def test_kept_depends_on_the_similarity():
     assert value("not_kept", measured([N - 1])) == 1
     assert value("mean_similarity", measured(range(1, N))) == pytest.approx(0.4)
     assert value("kept_to_end", measured(failure="frame 1: no")) == 0
-
-
-def test_only_frames_at_a_patch_count():
-    assert value("tracked_at_patch", measured(range(5, 9), patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", measured([10], patch=range(10, 20))) == 1
-    assert value("tracked_at_patch", measured([10, 12], patch=range(10, 20))) == 0
 
 
 @pytest.mark.parametrize(("dips", "lost"), [([10], 1), ([9, 11], 0), (range(3, 30), 1)])

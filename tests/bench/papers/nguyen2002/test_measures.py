@@ -34,6 +34,13 @@ def test_kept_counts_clear_frames_and_the_last_five():
         )
 
 
+def test_tracked_frames_are_a_share_of_the_clear_frames():
+    truth = build_truth((40, 60), visible=0.89)  # 98 clear frames after the first
+    lost = build_run(off_target=range(50, 75))  # 14 of them are clear
+    assert value("tracked_frames", lost, truth) == pytest.approx(1 - 14 / 98)
+    assert find_measure("tracked_frames", "nguyen2002").averaged
+
+
 def test_occlusion_is_detected_if_declared_and_the_target_found():
     truth = build_truth((30, 45))
     for run, revised, online in (

@@ -1,0 +1,180 @@
+"""Development data of a paper: what was measured to choose the defaults of its trackers.
+
+`development.toml` names the runs and the values that were compared. `tools/development.py`, which
+is not part of the wheel, executes the runs and stores their means in `development.csv`. None of the
+scenes of the claims is among them.
+"""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cache
+from typing import Annotated, Literal
+
+import pandas as pd
+from pydantic import Field
+
+from trackmark.bench.experiments.experiment import ExperimentError, read_toml
+from trackmark.bench.papers import paper_file
+from trackmark.bench.papers.cases import (
+    MeasureName,
+    PaperTracker,
+    SequenceNames,
+    TrackerName,
+    parse_options,
+)
+from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper
+from trackmark.bench.papers.toml_table import NonEmptyText, TomlTable, validated
+
+FIRST_SCENE = 100
+"""First scene of the development data; claims are judged on scenes from 200 on."""
+
+N_SCENES = 16
+"""Number of development scenes per sequence, unless the cost of a paper's runs forbids it."""
+
+WRITTEN, RECOMMENDED = "as-written", "recommended"
+
+ALL = "all"
+"""Name of all sequences, or of all recordings, in `development.csv`."""
+
+
+class DevelopmentRuns(TomlTable):
+    """Tracker of a paper, and the sequences on which it runs with every variant.
+
+    `recordings`: False if another tracker of the same registered name runs on the recordings.
+    """
+
+    tracker: TrackerName
+    sequences: SequenceNames
+    recordings: bool = True
+
+
+class Candidate(TomlTable):
+    """Values that were compared with those of a setting, and not taken.
+
+    A candidate with a `reason` is as well founded as the value of the setting. The other candidates
+    are choices that the text leaves open. `changed_options` as in `SensitivityRow`.
+    """
+
+    name: NonEmptyText
+    setting: Literal["as-written", "recommended"] = "recommended"
+    changed_options: OptionTexts
+    reason: str = ""
+
+
+class Development(TomlTable):
+    """Content of `development.toml`.
+
+    `measure`: main measure of the paper's page, a share from 0 to 1. `scenes`: number of scenes per
+    sequence; `why_fewer`: reason, if it is not `N_SCENES`. `choice_scenes`: number of scenes on
+    which the candidates without a reason run.
+    """
+
+    measure: MeasureName
+    heading: NonEmptyText  # of the measure on a page
+    scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
+    why_fewer: str = ""
+    choice_scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
+    runs: tuple[DevelopmentRuns, ...]
+    candidates: tuple[Candidate, ...] = ()
+
+
+@dataclass(frozen=True)
+class Variant:
+    """Values of a tracker on development data, and the variant with which they are compared."""
+
+    name: str
+    setting: str
+    changed_options: tuple[tuple[str, str], ...] = ()
+    reference: str = ""  # name of a variant; empty for the first one
+    kind: Literal["setting", "alone", "together", "reasoned", "choice"] = "setting"
+
+    def spec(self, tracker: PaperTracker) -> str:
+        """Return the specification of a tracker with the values of the variant."""
+        return tracker.spec(self.setting, dict(self.changed_options))
+
+
+def read_development(paper: Paper) -> Development:
+    """Read a paper's `development.toml`; raise `ExperimentError` on errors."""
+    path = paper_file(paper.name, "development.toml")
+    return validated(Development, read_toml(path, ExperimentError), str(path), paper.names)
+
+
+def variants(paper: Paper, development: Development, tracker: PaperTracker) -> list[Variant]:
+    """Return the variants of a tracker.
+
+    They are the as-written values, each step of its chain alone, the first steps together, the
+    default, and the candidates that change the tracker.
+    """
+    found = [Variant(WRITTEN, WRITTEN)]
+    steps = paper.steps(tracker.registered_name)
+    found += [
+        Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN, "alone")
+        for step in steps
+    ]
+    previous = WRITTEN
+    for n_steps, step in enumerate(steps, 1):
+        options = tuple((step.parameter, step.recommended) for step in steps[:n_steps])
+        found.append(Variant(together(step), WRITTEN, options, previous, "together"))
+        previous = together(step)
+    found.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
+    for candidate in development.candidates:
+        options = candidate_options(candidate, tracker)
+        if options:
+            kind = "reasoned" if candidate.reason else "choice"
+            setting = candidate.setting
+            found.append(Variant(candidate.name, setting, options, setting, kind))
+    return found
+
+
+def n_scenes(development: Development, variant: Variant) -> int:
+    """Return the number of scenes per sequence on which a variant runs."""
+    if variant.kind == "choice":
+        return min(development.scenes, development.choice_scenes)
+    return development.scenes
+
+
+def alone(step: ChainStep) -> str:
+    """Return the name of the variant that takes only one step from the text."""
+    return f"only {step.parameter}"
+
+
+def together(step: ChainStep) -> str:
+    """Return the name of the variant that takes all steps up to this one."""
+    return f"up to {step.parameter}"
+
+
+def candidate_options(candidate: Candidate, tracker: PaperTracker) -> tuple[tuple[str, str], ...]:
+    """Return the options that a candidate changes for a tracker, in their order."""
+    changes = candidate.changed_options
+    text = changes.get(tracker.name, changes.get(tracker.registered_name, ""))
+    return tuple(parse_options(text).items())
+
+
+@cache
+def read_effects(paper: str) -> pd.DataFrame:
+    """Read a paper's `development.csv`.
+
+    Columns: `data` (`scenes` or `recordings`), `sequence` (a name or `all`), `tracker` (a name of
+    `paper.toml`; in rows on all sequences the registered name), `variant`, `measure`, `value`
+    (mean), `n` (number of units), `reference` (variant that the value is compared with),
+    `difference` (mean), `low` and `high` (its interval) and `decision` (of `rules.decide`).
+    """
+    file = paper_file(paper, "development.csv")
+    return pd.read_csv(file, keep_default_na=False, na_values=[""], encoding="utf-8")
+
+
+def effect(paper: str, data: str, tracker: str, variant: str) -> "pd.Series | None":
+    """Return the row on all sequences of a registered tracker; None if it was not measured."""
+    effects = read_effects(paper)
+    rows = effects[
+        (effects["data"] == data)
+        & (effects["sequence"] == ALL)
+        & (effects["tracker"] == tracker)
+        & (effects["variant"] == variant)
+    ]
+    return None if rows.empty else rows.iloc[0]
+
+
+def registered_names(development: Development) -> Iterator[str]:
+    """Yield the registered names of the trackers, each once."""
+    yield from dict.fromkeys(runs.tracker.registered_name for runs in development.runs)

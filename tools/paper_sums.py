@@ -1,0 +1,34 @@
+"""Numbers of reproduced main results in the README, from the sum lines of the papers' pages.
+
+python -m tools.paper_sums    # writes them into README.md
+"""
+
+import re
+from pathlib import Path
+
+from trackmark.bench.papers import SETTINGS
+
+ROOT = Path(__file__).parents[1]
+README = ROOT / "README.md"
+_ROW = re.compile(r"^(\|[^|]*\|[^|]*\]\((docs/papers/\w+\.md)\) \|).*$", re.M)
+
+
+def sums(page: Path) -> list[str]:
+    """Return the sum of each setting, such as `2 of 5 (3 by construction, …)`; `–` if missing."""
+    content = page.read_text("utf-8")
+    lines = [
+        re.search(rf"^- {setting}: Main results reproduced: (.*)$", content, re.M)
+        for setting in SETTINGS
+    ]
+    return [line[1] if line else "–" for line in lines]
+
+
+def readme() -> str:
+    """Return the README with the sums of all pages."""
+    return _ROW.sub(
+        lambda row: f"{row[1]} {' | '.join(sums(ROOT / row[2]))} |", README.read_text("utf-8")
+    )
+
+
+if __name__ == "__main__":
+    README.write_text(readme(), "utf-8")
