@@ -42,7 +42,9 @@ class PaperTracker:
 class PaperSequence:
     """Sequence as named in claims and tables. Values of several members are summed.
 
-    Each member has its own list of scenes, unless `scenes_of` names a common one.
+    Each member has its own list of scenes, unless `scenes_of` names a common one. A member with
+    options, such as `multipart/1:others=exchanged`, has the scenes of `criteria.csv` under this
+    text, or else those of its sequence without options.
     """
 
     name: str
@@ -58,7 +60,7 @@ class PaperSequence:
         members = []
         for member in self.members:
             name, options = parse_text(member)
-            passing = verdict_scenes(self.paper, self.scenes_of or name)
+            passing = verdict_scenes(self.paper, self.scenes_of or member)
             if len(passing) < n_scenes:
                 raise ExperimentError(
                     f"{self.paper}: {n_scenes} scenes of {self.name} are requested, but only "
@@ -127,9 +129,14 @@ def parse_options(options: str) -> dict[str, str]:
 
 
 @cache
-def verdict_scenes(paper: str, sequence: str) -> tuple[int, ...]:
-    """Return the numbers of the scenes of a sequence that meet all criteria."""
-    return tuple(passing_scenes(read_values(paper), sequence))
+def verdict_scenes(paper: str, member: str) -> tuple[int, ...]:
+    """Return the numbers of the scenes of a sequence that meet all criteria.
+
+    `member`: the sequence, with options if `criteria.csv` has values of this variant.
+    """
+    values = read_values(paper)
+    is_measured = values["sequence"].eq(member).any()
+    return tuple(passing_scenes(values, member if is_measured else parse_text(member)[0]))
 
 
 def _resolved_by(find: Callable[[Names, str], Any]) -> BeforeValidator:

@@ -40,20 +40,21 @@ def format_mean(values: pd.DataFrame, measure: Measure, n_members: int) -> str:
 
 def criteria_table(paper: str) -> Table:
     """Return the criteria of the scenes with their values, and the scenes that fail."""
-    headings = ["sequence", "criterion", "ours, median", "target", "met by", "the paper's sentence"]
+    headings = ["sequence", "criterion", "kind", "ours, median", "target", "met by", "source"]
     criteria, values = read_criteria(paper)[1], read_values(paper)
     rows = []
     for criterion in criteria:
         of_sequence = values[values["sequence"] == criterion.sequence]
         measured = of_sequence[of_sequence["name"] == criterion.name]
         met = f"{measured['passes'].sum()} of {len(measured)}" if criterion.target else "printed"
-        name = f"{criterion.name} *" if criterion.with_result_in_view else criterion.name
+        claims = ", ".join(sorted(criterion.favoured))
+        kind = f"{criterion.kind}: {claims}" if claims else criterion.kind
         middle = f"{measured['value'].median():.3g}" if len(measured) else ""
         target = criterion.target.replace("<=", "≤").replace(">=", "≥")
         sequence = criterion.sequence.partition("/")[2]
-        rows.append([sequence, name, middle, target, met, criterion.sentence])
-    in_view = any(criterion.with_result_in_view for criterion in criteria)
-    notes = ["* The criterion uses a result of the paper."] if in_view else []
+        rows.append([sequence, criterion.name, kind, middle, target, met, criterion.sentence])
+    favours = any(criterion.favoured for criterion in criteria)
+    notes = ["An outcome is followed by the claims that its bounds favour."] if favours else []
     failed = values[~values["passes"]]
     for member, scenes in failed.groupby("sequence", sort=False)["scene"]:
         failed_scenes = ", ".join(map(str, sorted(set(scenes))))

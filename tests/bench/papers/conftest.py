@@ -157,6 +157,7 @@ first_scene = { "plain/target" = 200 }
 [[criterion]]
 sequence = "plain/target"
 name = "speed [px]"
+kind = "situation"
 measure = "median_speed"
 target = ">= 1"
 sentence = "a moving target"

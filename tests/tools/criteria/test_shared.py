@@ -83,7 +83,7 @@ def test_longest_hidden_is_the_longest_stretch_in_frames():
 
 def criterion(**fields):
     about = {"sequence": "s", "name": "n", "measure": "median_speed", "sentence": "§"}
-    return Criterion(**{"target": "", **about, **fields})
+    return Criterion(**{"kind": "situation", **about, **fields})
 
 
 @pytest.mark.parametrize(
@@ -124,7 +124,7 @@ def test_files_of_a_paper_are_read(tmp_path, monkeypatch):
     (tmp_path / "paper").mkdir()
     (tmp_path / "paper" / "criteria.toml").write_text(
         '[first_scene]\ns = 200\n[[criterion]]\nsequence = "s"\nname = "n"\n'
-        'measure = "slow_share:limit=1"\ntarget = "<= 0.1"\nsentence = "§"\n'
+        'kind = "situation"\nmeasure = "slow_share:limit=1"\ntarget = "<= 0.1"\nsentence = "§"\n'
     )
     expected = criterion(measure="slow_share:limit=1", target="<= 0.1")
     assert read_criteria("paper") == ({"s": 200}, [expected])
