@@ -95,7 +95,7 @@ def planned_runs(
             for sequence in runs.sequences:
                 for scene in scene_specs(sequence, n_scenes(development, variant)):
                     yield VariantRun("scenes", sequence.name, scene, tracker, variant, spec)
-            if variant.kind == "alone" or not runs.recordings:
+            if variant.kind in ("alone", "choice") or not runs.recordings:
                 continue
             spec = _common_spec(variant.spec(on_boxes), specs)
             for name, path in paths.items():
