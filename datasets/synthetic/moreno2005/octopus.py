@@ -98,7 +98,7 @@ def _spotted(random: Generator) -> Array:
 FLOOR_KINDS: Mapping[str, TextureKind] = {
     "sand": TextureKind((0.70, 0.63, 0.50), _sand),
     "stones": TextureKind((0.50, 0.46, 0.42), _stones),
-    "turf": TextureKind((0.32, 0.38, 0.19), _turf),
+    "turf": TextureKind((0.37, 0.44, 0.22), _turf),
     "reef": TextureKind((0.47, 0.29, 0.30), _reef),
 }
 
