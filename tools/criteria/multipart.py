@@ -7,6 +7,7 @@ Colours, bins and distances are those of the tracker in the setting `as-written`
 
 from functools import lru_cache
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,7 +18,9 @@ from trackmark.trackers.base.interface import Image
 from trackmark.trackers.histograms.bins import LuvBins
 from trackmark.trackers.histograms.rectangles import bhattacharyya_distances
 
-SAMPLES = 100
+SAMPLES = 60
+"""Default number of evenly spaced frames whose margins are measured."""
+
 CLEAR = 0.9
 """Minimum visible share of the person in frames whose margins are measured."""
 
@@ -33,16 +36,19 @@ def right_choice(scene: SceneImages, *, two_coloured: bool) -> float:
     return right_choice_rate(scene.image(frame), box, two_coloured, LuvBins())
 
 
-def low_margin_share(scene: SceneImages, *, parts: int, below: float, until: float = 1.0) -> float:
+def low_margin_share(
+    scene: SceneImages, *, parts: int, below: float, until: float = 1.0, samples: int = SAMPLES
+) -> float:
     """Return the share of frames with a margin below a limit, before `until` times the length."""
-    frames, values = margins(scene.sequence)
+    frames, values = margins(scene.sequence, tuple(sampled_frames(len(scene), samples).tolist()))
     return float((values[parts - 1][frames < until * len(scene)] < below).mean())
 
 
 def low_margin_stretch(scene: SceneImages, *, parts: int, below: float) -> float:
     """Return the longest run of measured frames with a margin below a limit [frames]."""
-    frames, values = margins(scene.sequence)
-    step = sampled_frames(len(scene))[1]
+    sampled = sampled_frames(len(scene), SAMPLES)
+    frames, values = margins(scene.sequence, tuple(sampled.tolist()))
+    step = int(sampled[1])
     low = np.zeros(len(scene) // step + 1, bool)
     low[frames // step] = values[parts - 1] < below
     return float(max(longest_stretch(low) - 1, 0) * step + 1)
@@ -58,6 +64,29 @@ def crossing_margin(scene: SceneImages, *, after: float) -> float:
     """Return the smallest margin of the single histogram after `after`, a part of the length."""
     frames = tuple(range(round(after * len(scene)), len(scene), 2))
     return float(margins(scene.sequence, frames)[1][0].min())
+
+
+def halves_difference(scene: SceneImages) -> float:
+    """Return how much shirt and trousers differ in the first frame [CIE L*u*v*].
+
+    The target's box reaches from shoulders to ankles, and its centre is the waist. The colours of
+    the halves are medians over the target's pixels.
+    """
+    frame = scene.sequence.first_frame
+    colours = cv2.cvtColor(scene.image(frame).astype(np.float32) / 255, cv2.COLOR_BGR2Luv)
+    target, box = scene.mask(frame), scene.boxes[frame]
+    halves = []
+    for part in (0.0, 0.5):
+        half = np.array([box[0], box[1] + part * box[3], box[2], box[3] / 2])
+        pixels = colours[target & box_mask(target.shape, half)].astype(np.float64)
+        halves.append(np.median(pixels, axis=0))
+    return float(np.linalg.norm(halves[0] - halves[1]))
+
+
+def occlusions(scene: SceneImages, *, visible: float) -> float:
+    """Return the number of stretches in which less than `visible` of the target is visible."""
+    hidden = scene.visibility < visible
+    return float(np.count_nonzero(np.diff(np.r_[False, hidden].astype(int)) == 1))
 
 
 def background_in_person(scene: SceneImages) -> float:
@@ -94,9 +123,9 @@ class Appearance:
         return np.stack([single, (upper + lower) / 2])
 
 
-def sampled_frames(n_frames: int) -> NDArray[np.int64]:
-    """Return at most 100 evenly spaced frames."""
-    return np.arange(0, n_frames, -(-n_frames // SAMPLES))
+def sampled_frames(n_frames: int, samples: int) -> NDArray[np.int64]:
+    """Return at most `samples` evenly spaced frames."""
+    return np.arange(0, n_frames, -(-n_frames // samples))
 
 
 def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -111,18 +140,18 @@ def clutter_boxes(box: NDArray[np.float64]) -> NDArray[np.float64]:
 
 @lru_cache(maxsize=8)
 def margins(
-    sequence: Sequence, frames: tuple[int, ...] | None = None
+    sequence: Sequence, frames: tuple[int, ...]
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Measure how much better the target matches the first frame's histogram than clutter does.
 
     A margin is the smallest distance of a clutter rectangle minus the target's distance. Returns
-    the frames with at least 90 % of the target visible, shape (n,), and their margins, shape (2,
-    n): single histogram first, two-part histogram second.
+    those of `frames` with at least 90 % of the target visible, shape (n,), and their margins, shape
+    (2, n): single histogram first, two-part histogram second.
     """
     boxes = sequence.regions["full"]
     first = sequence.first_frame
     model = Appearance(sequence[first], boxes[first])
-    selected = sampled_frames(len(sequence)) if frames is None else np.array(frames)
+    selected = np.array(frames)
     clear = selected[sequence.visibility[selected] >= CLEAR]
     values = []
     for frame in clear.tolist():

@@ -96,3 +96,8 @@ def surroundings_distance(scene: SceneImages, *, first: int, last: int) -> float
 def visible_deviation(scene: SceneImages, *, share: float, first: int, last: int) -> float:
     """Return the largest deviation of the visible share from `share`, frames `first` to `last`."""
     return float(np.abs(scene.visibility[first - 1 : last] - share).max())
+
+
+def first_overlap(scene: SceneImages) -> float:
+    """Return the first frame in which the boxes of hand and face overlap."""
+    return float(np.argmax(scene.sequence.attributes["on the face"]) + 1)

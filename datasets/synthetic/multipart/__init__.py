@@ -2,6 +2,7 @@
 
 `multipart/1` to `multipart/8` imitate the eight videos of a paper on single-part and multi-part
 colour histograms. They follow the text of the paper (see `designs.py`) and use none of its images.
+Other people are dressed independently of the target, unless `others=exchanged` is set.
 In `stress/pillar` the target of `multipart/5` or `multipart/7` passes behind a pillar that occludes
 most of it. In `stress/twin` a second person, in equal or in other clothes, approaches the target.
 """
@@ -26,7 +27,7 @@ SUITE = SyntheticSuite(
         *(
             SequenceEntry(
                 f"multipart/{number}",
-                designs.WalkingParameters,
+                designs.TwoColouredParameters if design.two_coloured else designs.WalkingParameters,
                 RENDERER,
                 design.length,
                 SIZE,

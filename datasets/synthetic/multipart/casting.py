@@ -1,8 +1,8 @@
 """Clothes and other properties of people, and the plan of `stress/twin`.
 
-Clothes are selected by their colour differences from the street and from other people. Houses and
-roads are grey and brown. Targets wear saturated clothes. The chromaticities of the clothes of
-passers-by differ from those of the target's shirt and trousers.
+Houses and roads are grey and brown, and targets wear saturated clothes. The clothes of all other
+people do not depend on those of the target. Exceptions are the person in the target's clothes who
+crosses in `multipart/7`, the variant `others=exchanged`, and `stress/twin`.
 """
 
 from dataclasses import replace
@@ -65,9 +65,6 @@ DIFFERENT_HALVES = 90.0, 25.0
 """Minimum differences of shirt and trousers in chromaticity and in L* [CIE L*u*v*].
 """
 
-# minimum distance between chromaticities of a passer-by and of the target [CIE u*, v*]
-UNLIKE_TARGET = 45.0
-
 # colours of one-coloured clothes (suits, overalls, tracksuits) and of bags
 BOTH = (
     (50, 48, 48),  # black
@@ -108,23 +105,16 @@ def sample_two_coloured_clothes(random: Generator) -> tuple[BGR, BGR]:
     return vary_dye(random, shirt, 0.04), vary_dye(random, trousers, 0.04)
 
 
-def sample_passer_clothes(random: Generator, target: tuple[BGR, BGR]) -> tuple[BGR, BGR]:
-    """Sample shirt and trousers of a passer-by, whose chromaticities differ from the target's."""
-    shirts, trousers = (
-        [c for c in colours if min(chroma_distance(c, worn) for worn in target) >= UNLIKE_TARGET]
-        for colours in (SHIRTS, TROUSERS)
-    )
-    shirt, lower = shirts[random.integers(len(shirts))], trousers[random.integers(len(trousers))]
-    return vary_dye(random, shirt), vary_dye(random, lower)
+def sample_wardrobe_clothes(random: Generator) -> tuple[BGR, BGR]:
+    """Sample shirt and trousers of a passer-by from the whole wardrobe."""
+    shirt, trousers = SHIRTS[random.integers(len(SHIRTS))], TROUSERS[random.integers(len(TROUSERS))]
+    return vary_dye(random, shirt), vary_dye(random, trousers)
 
 
-def stripe_clothes(look: WalkerLook) -> WalkerLook:
-    """Return clothes of equal cut with stripes in the colours of shirt and trousers.
-
-    The clothes resemble the target as a whole, but not its upper or lower half: four fifths of each
-    garment have the colour of the target's other garment.
-    """
-    return replace(look, shirt=look.jacket or look.shirt, striped=True, jacket=None, bag=None)
+def exchange_colours(look: WalkerLook) -> WalkerLook:
+    """Return clothes of equal cut with the colours of upper garment and trousers exchanged."""
+    upper = look.jacket or look.shirt
+    return replace(look, shirt=look.trousers, trousers=upper, jacket=None, bag=None)
 
 
 def _differ(first: BGR, second: BGR) -> bool:

@@ -7,6 +7,12 @@ background changes rapidly". "In Sequence 5-8 walking persons are captured by a 
 in colour; in 3, 4, 7 and 8 the target has one colour. In Table 1 all methods lose the target of
 sequence 7 at frame 337 of 377. The conclusion names "a similar looking object" nearby as the
 weakness of colours.
+
+The paper does not describe the clothes of other people. `others=neutral` dresses them
+independently of the target: people who overtake a two-coloured target as the target is dressed, all
+others from a wardrobe. `others=exchanged` gives those who overtake the target its two colours, with
+shirt and trousers exchanged. They show the mechanism of the paper, as a histogram of the whole
+person is equal for both.
 """
 
 from dataclasses import dataclass
@@ -37,8 +43,8 @@ class Design:
     behind: int = 0  # number of passers-by behind the target
     before: int = 0  # number of passers-by in front of the target; each occludes the target once
     posts: int = 0  # number of lamp posts that the target passes behind
-    # number of people in stripes of the target's two colours who overtake the target
-    mixed: int = 0
+    # number of people in two-coloured clothes who overtake the target
+    overtaking: int = 0
     pace: float = 0.9  # speed of the overtaking people relative to the target [metres/second]
     # True if a person in the target's clothes crosses in front of the target
     crossing: bool = False
@@ -46,14 +52,16 @@ class Design:
 
 # designs by the number that the paper uses
 DESIGNS = {
-    "1": Design(788, True, True, (5.0, 8.0), 1.35, turns=1, jacket=True, behind=7, mixed=3),
-    "2": Design(534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, mixed=2),
+    "1": Design(788, True, True, (5.0, 8.0), 1.35, turns=1, jacket=True, behind=7, overtaking=3),
+    "2": Design(
+        534, True, True, (5.2, 8.0), 1.35, turns=1, bag=True, behind=5, overtaking=2, pace=0.72
+    ),
     "3": Design(1315, True, False, (5.4, 8.6), 1.3, turns=2, behind=11),
     "4": Design(1308, True, False, (4.7, 8.9), 1.3, turns=3, behind=11),
     "5": Design(
-        300, False, True, (7.0, 7.8), 1.05, behind=7, before=2, posts=1, mixed=1, pace=0.72
+        300, False, True, (7.0, 7.8), 1.05, behind=7, before=2, posts=1, overtaking=1, pace=0.72
     ),
-    "6": Design(269, False, True, (7.0, 7.8), 1.05, behind=7, before=3, mixed=1, pace=0.72),
+    "6": Design(269, False, True, (7.0, 7.8), 1.05, behind=7, before=3, overtaking=1, pace=0.72),
     "7": Design(377, False, False, (7.0, 7.8), 1.05, behind=8, before=2, posts=1, crossing=True),
     "8": Design(229, False, False, (7.0, 7.8), 1.05, behind=6, before=2),
 }
@@ -65,6 +73,20 @@ class WalkingParameters(SequenceParameters):
     scene: Seed = seed("all random properties: street, clothes, paths, camera")
     light: Literal["even", "dappled"] = Field(
         "even", description="even: an overcast sky; dappled: sun with the shade of trees"
+    )
+
+
+Clothes = Literal["neutral", "exchanged"]
+
+
+class TwoColouredParameters(WalkingParameters):
+    """Parameters of the scenes whose target wears two colours."""
+
+    others: Clothes = Field(
+        "neutral",
+        description="clothes of the people who overtake the target: neutral: drawn like the "
+        "target's and independently of them; exchanged: in the target's colours, with shirt and "
+        "trousers exchanged",
     )
 
 

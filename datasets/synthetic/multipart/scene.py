@@ -16,9 +16,11 @@ from trackmark.datasets.synthetic.multipart import casting, routes
 from trackmark.datasets.synthetic.multipart.casting import twin_plan
 from trackmark.datasets.synthetic.multipart.designs import (
     DESIGNS,
+    Clothes,
     Design,
     PillarParameters,
     TwinParameters,
+    TwoColouredParameters,
     WalkingParameters,
 )
 from trackmark.datasets.synthetic.multipart.plan import (
@@ -66,8 +68,18 @@ Generators = Callable[[str], Generator]
 
 
 @lru_cache(maxsize=4)
-def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POSTS) -> WalkPlan:
-    """Return the plan of a sequence; `thickness` is the range of its posts' thickness [metres]."""
+def multipart_plan(
+    number: str,
+    scene: int,
+    *,
+    thickness: tuple[float, float] = POSTS,
+    clothes: Clothes = "neutral",
+) -> WalkPlan:
+    """Return the plan of a sequence.
+
+    `thickness`: range of the thickness of its posts [metres]. `clothes`: those of the people who
+    overtake the target; all else is equal in both variants.
+    """
     design = DESIGNS[number]
 
     def generator(part: str) -> Generator:
@@ -87,7 +99,8 @@ def multipart_plan(number: str, scene: int, thickness: tuple[float, float] = POS
         others.append(routes.sample_post_place(random, views, path, others))
         place = float(others[-1].x[0]), float(others[-1].z[0])
         posts.append(Post(*place, random.uniform(*thickness)))
-    people = [target, *_resembling(generator, design, views, target, others)]
+    people = [target, *_overtaking(generator, design, views, target, others, clothes)]
+    people += _crossing(generator, design, views, target, others)
     people += _passers(generator, design, views, target, others)
     return WalkPlan(casting.sample_seed(generator("street")), views, people, posts)
 
@@ -107,26 +120,42 @@ def _target(generator: Generators, design: Design, path: WalkingPath) -> Person:
     return replace(person, look=look)
 
 
-def _resembling(
-    generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
+def _overtaking(
+    generator: Generators,
+    design: Design,
+    views: Views,
+    target: Person,
+    others: list[WalkingPath],
+    clothes: Clothes,
 ) -> list[Person]:
-    """Return people in the target's colours: some in stripes overtake it, one person crosses."""
+    """Return two-coloured people who overtake the target, and append their paths to `others`."""
     people = []
-    for i in range(design.mixed):
-        random = generator(f"mixed {i}")
-        meeting_frame = (i + random.uniform(0.4, 0.6)) / design.mixed * design.length
+    for i in range(design.overtaking):
+        random = generator(f"overtaking {i}")
+        meeting_frame = (i + random.uniform(0.4, 0.6)) / design.overtaking * design.length
         others.append(
             routes.sample_overtaking_path(
                 random, views, target.path, others, meeting_frame, design.pace
             )
         )
-        look = casting.stripe_clothes(target.look)
+        if clothes == "exchanged":
+            look = casting.exchange_colours(target.look)
+        else:
+            shirt, trousers = casting.sample_two_coloured_clothes(generator(f"clothes {i}"))
+            look = replace(target.look, shirt=shirt, trousers=trousers, jacket=None, bag=None)
         people.append(Person(look, casting.sample_seed(random), 1.06 * target.stature, others[-1]))
-    if design.crossing:
-        random = generator("crossing")
-        others.append(routes.sample_crossing_path(random, views, target.path, others, CROSSING))
-        people.append(Person(target.look, casting.sample_seed(random), target.stature, others[-1]))
     return people
+
+
+def _crossing(
+    generator: Generators, design: Design, views: Views, target: Person, others: list[WalkingPath]
+) -> list[Person]:
+    """Return the person in the target's clothes who crosses, if the design has one."""
+    if not design.crossing:
+        return []
+    random = generator("crossing")
+    others.append(routes.sample_crossing_path(random, views, target.path, others, CROSSING))
+    return [Person(target.look, casting.sample_seed(random), target.stature, others[-1])]
 
 
 def _passers(
@@ -149,8 +178,7 @@ def _passers(
     people = []
     for i, path in enumerate(others[start:]):
         random = generator(f"person {i}")
-        clothes = casting.sample_passer_clothes(random, (target.look.shirt, target.look.trousers))
-        people.append(casting.sample_person(random, path, clothes))
+        people.append(casting.sample_person(random, path, casting.sample_wardrobe_clothes(random)))
     return people
 
 
@@ -162,7 +190,9 @@ def scene(parameters: WalkingParameters, number: str = "") -> "WalkingScene":
     if isinstance(parameters, TwinParameters):
         plan = twin_plan(parameters.scene, parameters.distance, parameters.twin == "same")
     elif isinstance(parameters, PillarParameters):
-        plan = multipart_plan(parameters.number, parameters.scene, PILLARS)
+        plan = multipart_plan(parameters.number, parameters.scene, thickness=PILLARS)
+    elif isinstance(parameters, TwoColouredParameters):
+        plan = multipart_plan(number, parameters.scene, clothes=parameters.others)
     else:
         plan = multipart_plan(number, parameters.scene)
     return WalkingScene(plan, parameters.light)

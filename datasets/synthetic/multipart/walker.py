@@ -145,9 +145,6 @@ def _cover_part(coverage: NDArray[np.uint8], nodes: NDArray[np.int64], left: int
 
 _QUARTER = AROUND // 4
 
-# number of stripes on each part of striped clothes, and fraction that they cover
-STRIPES, STRIPES_SHARE = 5, 0.8
-
 
 @dataclass(frozen=True)
 class WalkerLook:
@@ -163,8 +160,6 @@ class WalkerLook:
     bag: BGR | None = None  # backpack, visible from behind and from the side
     # length of the sleeves of the upper garment
     weave: Literal["plain", "stripes", "knit"] = "plain"
-    # True for broad stripes: in the trousers' colour on the shirt, and vice versa
-    striped: bool = False
     long_hair: bool = False  # True for hair down to the shoulders
     hem: float = 0.475  # lower end of the upper garment, in standing heights above the ground
     bulk: float = 1.0  # relative breadth of the body
@@ -213,7 +208,7 @@ def _plain(colour: Array | BGR) -> Array:
 
 
 def _leg(look: WalkerLook, folded: _ClothFolds, rows: Array, turn: Array) -> Array:
-    cloth = _striped(look, look.trousers, look.jacket or look.shirt, rows) * folded(1.0)[..., None]
+    cloth = _plain(look.trousers) * folded(1.0)[..., None]
     knee = np.exp(-np.square((rows - 0.5) / 0.07)) * np.clip(1 - turn / 60, 0, 1)
     behind = np.exp(-np.square((rows - 0.53) / 0.05)) * np.clip((turn - 70) / 50, 0, 1)
     seam = np.abs(turn - _QUARTER) < 2
@@ -258,17 +253,8 @@ def _torso(look: WalkerLook, upper: Array, folded: _ClothFolds, rows: Array, tur
     return cloth * (1 - 0.2 * hem)[..., None]
 
 
-def _striped(look: WalkerLook, colour: Array | BGR, other: BGR, rows: Array) -> Array:
-    """Return the colours of cloth, with broad horizontal stripes if the clothes are striped."""
-    cloth = _plain(colour)
-    if not look.striped:
-        return cloth
-    band = np.broadcast_to(rows * STRIPES % 1 < STRIPES_SHARE, cloth.shape[:2])[..., None]
-    return np.where(band, np.array(other, np.float64), cloth)
-
-
 def _weave(look: WalkerLook, colour: Array, rows: Array) -> Array:
-    cloth = _striped(look, colour, look.trousers, rows)
+    cloth = _plain(colour)
     if look.weave == "stripes":
         band = (np.sin(rows * 2 * np.pi * 9) > 0.25)[..., None]
         cloth = np.where(np.broadcast_to(band, cloth.shape), cloth * 0.72 + 14, cloth)

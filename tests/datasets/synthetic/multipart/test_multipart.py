@@ -7,6 +7,8 @@ from hypothesis import strategies as st
 
 from tests.datasets.synthetic.scenes import SEEDS, slow_if_unchanged
 from trackmark import datasets
+from trackmark.datasets.interface import SequenceError
+from trackmark.datasets.synthetic.multipart import casting, scene
 from trackmark.datasets.synthetic.multipart.designs import DESIGNS
 from trackmark.datasets.synthetic.multipart.walker import GaitPose, Walker, WalkerLook
 
@@ -71,6 +73,50 @@ def test_post_hides_a_part_and_pillar_most_of_the_target(name, least, most):
     assert (sequence.visibility[behind] >= least).all()
     assert (sequence.visibility[behind] < most).all()
     assert sequence.visibility[behind].size < 30
+
+
+@pytest.mark.parametrize("number", ["1", "6"])
+def test_variants_differ_only_in_clothes_of_overtaking_people(number):
+    neutral, exchanged = (
+        datasets.load(f"multipart/{number}:scene=100:others={kind}")
+        for kind in ("neutral", "exchanged")
+    )
+    assert (neutral.boxes == exchanged.boxes).all()
+    assert (neutral.visibility == exchanged.visibility).all()
+    plans = neutral.frames.plan, exchanged.frames.plan
+    assert (plans[0].places == plans[1].places).all()
+    n_overtaking = DESIGNS[number].overtaking
+    target = plans[0].people[0].look
+    for k, (first, second) in enumerate(zip(*(plan.people for plan in plans), strict=True)):
+        assert (first.look == second.look) == (k == 0 or k > n_overtaking)
+    for person in plans[1].people[1 : 1 + n_overtaking]:
+        look = person.look
+        assert (look.shirt, look.trousers) == (target.trousers, target.jacket or target.shirt)
+        assert (look.jacket, look.bag) == (None, None)
+
+
+def test_neutral_clothes_do_not_depend_on_those_of_the_target(monkeypatch):
+    def clothes():
+        scene.multipart_plan.cache_clear()
+        people = scene.multipart_plan("5", 100).people[1:]
+        return [(person.look.shirt, person.look.trousers) for person in people]
+
+    drawn = clothes()
+    sample = casting.sample_two_coloured_clothes
+    drawings = []
+
+    def other_target(random):
+        drawings.append(sample(random))  # the first one is for the target
+        return ((1, 2, 3), (4, 5, 6)) if len(drawings) == 1 else drawings[-1]
+
+    monkeypatch.setattr(casting, "sample_two_coloured_clothes", other_target)
+    assert clothes() == drawn
+    scene.multipart_plan.cache_clear()
+
+
+def test_plain_targets_have_no_variant_of_others():
+    with pytest.raises(SequenceError, match="unknown parameter 'others'"):
+        datasets.load("multipart/3:others=exchanged")
 
 
 def twin(**parameters):
