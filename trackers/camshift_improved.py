@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
-from trackmark.trackers.base.parameters import choice, integer, nonnegative
+from trackmark.trackers.base.parameters import choice, chosen, integer, nonnegative, printed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import adapted_window, window_size
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
+from trackmark.trackers.maps.joint_map import CHOICES, ColourMotionModel, ColourMotionParameters
 
 __all__ = ["CamShiftImproved"]
 
@@ -22,23 +22,33 @@ class CamShiftImprovedParameters(ColourMotionParameters):
         "fixed",
         "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
         "per frame",
+        origin=chosen(
+            "section 2.2 lists no size step; Bradski's rule is the other reading of the name "
+            "CamShift"
+        ),
     )
     stop_distance: float = nonnegative(
-        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
+        2.0,
+        "ε: mean shift stops after a step shorter than this [pixels]",
+        origin=printed("section 2.2: ε = 2"),
     )
-    max_iterations: int = integer(10, "n₀: maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(
+        11,
+        "n₀ + 1: maximum number of mean shift steps per frame [count]",
+        origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
+    )
 
 
 class CamShiftImproved(SharingTracker):
     """Improved CamShift of section 2.2: mean shift on colour and motion, without particles.
 
     Weights are defined as in `wang2010`: I_c for moving pixels, (1 - β) I_c for others. In each
-    frame the window moves to the centroid of its weights until a step is below ε, at most n₀ times
-    (equations 6 and 7).
+    frame the window moves to the centroid of its weights until a step is below ε, or n₁ > n₀, at
+    most n₀ + 1 = 11 times (equations 6 and 7).
 
     The paper names CamShift but describes only the centroid. So `as-written` and `recommended` keep
-    the window's size; `window=adaptive` uses Bradski's rule as in `camshift`. `robust` (ε = 0.5, n
-    = 7) is post hoc. The camera must not move; see `wang2010`.
+    the window's size; `window=adaptive` uses Bradski's rule as in `camshift`. The camera must not
+    move; see `wang2010`.
 
     Details: `iterations`, `similarity` (M / M₀, the mean weight in the window, also the
     confidence), `moving`, `moving_inside` and `changing` as in `wang2010`.
@@ -48,11 +58,8 @@ class CamShiftImproved(SharingTracker):
         "X. Wang, Z. Tang, An improved camshift-based particle filter algorithm for real-time "
         "target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese), section 2.2"
     )
-    presets = {
-        "as-written": {},
-        "recommended": {},
-        "robust": {"stop_distance": 0.5, "difference_window": 7},
-    }
+    presets = {"as-written": {}, "recommended": {}}
+    choices = {key: value for key, value in CHOICES.items() if key != "size of the window"}
     Parameters = CamShiftImprovedParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

@@ -4,18 +4,20 @@ from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
+    bounded,
     choice,
+    chosen,
     fraction,
     integer,
     nonnegative,
     positive,
+    printed,
 )
 from trackmark.trackers.base.particles import mean_state, multinomial, normalise_log_weights
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
@@ -27,84 +29,143 @@ __all__ = ["Nummiaro2003"]
 
 
 class Nummiaro2003Parameters(Parameters):
-    """Parameters of `Nummiaro2003`."""
+    """Parameters of `Nummiaro2003`; the defaults are the values of the preset `as-written`."""
 
-    particles: int = integer(100, "number of particles N [count]", maximum=100_000)
-    colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = integer(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
+    particles: int = integer(
+        100, "number of particles N [count]", maximum=100_000, origin=printed("section 7: N = 100")
+    )
+    colour: ColourSpace = choice(
+        "rgb", "colour space of the histograms", origin=printed("section 3: RGB space")
+    )
+    bins: int = integer(
+        8,
+        "number of bins per channel; V of hsv has half as many [count]",
+        2,
+        32,
+        origin=printed("section 3: 8 × 8 × 8 bins"),
+    )
     kernel: Kernel = choice(
         "isotropic",
         "kernel weight of a pixel, which decreases with distance / √(Hx² + Hy²) (isotropic) or "
         "with (dx / Hx)² + (dy / Hy)² (epanechnikov), or is constant (uniform)",
+        origin=printed("eq. 2 and 3: k(r) = 1 - r², a = √(Hx² + Hy²)"),
     )
-    sigma: float = positive(0.05, "σ of the likelihood [histogram distance]")
+    sigma: float = positive(
+        0.1,
+        "σ of the likelihood [histogram distance]",
+        origin=chosen(
+            "not printed; for σ below 0.196 the factor 1 / √(2πσ) of eq. 10 exceeds π_T = 0.9, so "
+            "that eq. 11 can be met"
+        ),
+    )
     dynamics: motion.Dynamics = choice(
         "first-order",
         "quantities that are constant except for noise: velocity and change of scale "
         "(first-order), their rates of change (second-order), or position and size (random-walk)",
+        origin=printed("section 4: first order model"),
     )
     axes: motion.Axes = choice(
-        "together", "together: one size noise for both half axes; apart: one for each"
+        "together",
+        "together: one size noise for both half axes; apart: one for each",
+        origin=chosen("not printed; the state has one scale change a' for both half axes"),
     )
     scale_change: motion.ScaleChange = choice(
-        "linear", "half axes change by sums, as in A s + w, or by factors"
+        "linear",
+        "half axes change by sums, as in A s + w, or by factors",
+        origin=printed("section 4: s_t = A s_(t-1) + w_(t-1)"),
     )
     scale_persistence: float = fraction(
-        1.0, "factor by which the change of scale is multiplied in each frame [ratio]"
+        1.0,
+        "factor by which the change of scale is multiplied in each frame [ratio]",
+        origin=printed("section 4: constant velocity and scale change"),
     )
     position_noise: float = nonnegative(
-        0.12, "standard deviation of the centre's noise [half widths]"
+        0.12,
+        "standard deviation of the centre's noise [half widths]",
+        origin=chosen("w is not printed; in half widths, so that it scales with the target"),
     )
     velocity_noise: float = nonnegative(
-        0.05, "standard deviation of the velocity's noise [half widths/frame]"
+        0.05,
+        "standard deviation of the velocity's noise [half widths/frame]",
+        origin=chosen("w is not printed; less than half of the centre's noise"),
     )
     size_noise: float = nonnegative(
-        0.01, "standard deviation of the half axes' noise [half widths]"
+        0.01,
+        "standard deviation of the half axes' noise [half widths]",
+        origin=chosen("w is not printed; chosen after results on earlier scenes had been seen"),
     )
     scale_noise: float = nonnegative(
-        0.003, "standard deviation of the scale change's noise [half widths/frame]"
+        0.003,
+        "standard deviation of the scale change's noise [half widths/frame]",
+        origin=chosen("w is not printed; chosen after results on earlier scenes had been seen"),
     )
     model_update: bool = choice(
-        True, "whether the target model is updated by the estimate's histogram"
+        True,
+        "whether the target model is updated by the estimate's histogram",
+        origin=printed("eq. 12"),
     )
     update_reading: target_model.Interpretation = choice(
-        "coefficient",
-        "quantity of the mean state that must exceed the update threshold: its likelihood as a "
-        "Gaussian density, as printed, with a maximum of 1 (peak), or with σ as the variance, "
-        "also in weights (variance); its coefficient; or none (always)",
+        "printed",
+        "quantity of the mean state that must exceed the update threshold: its likelihood with "
+        "the printed factor (printed), with that of a Gaussian density (density), with a maximum "
+        "of 1 (peak), or with σ as the variance, also in weights (variance); its coefficient; or "
+        "none (always)",
+        origin=printed("eq. 10 and 11: π = exp(-(1 - ρ) / 2σ²) / √(2πσ)"),
     )
     update_threshold: float = positive(
-        0.9, "π_T: threshold of this quantity [unit of the quantity]"
+        0.9,
+        "π_T: threshold of this quantity [unit of the quantity]",
+        origin=printed("section 5: π_T = 0.9"),
     )
-    alpha: float = fraction(0.1, "weight of the mean state's histogram in an update [ratio]")
+    alpha: float = fraction(
+        0.1,
+        "weight of the mean state's histogram in an update [ratio]",
+        origin=chosen("α of eq. 12 is not printed; the model then forgets in about ten updates"),
+    )
     models: Literal["one", "per-particle"] = choice(
-        "one", "target model: one for all particles, or one per particle"
+        "one",
+        "target model: one for all particles, or one per particle",
+        origin=printed("eq. 12: one model q, updated by the histogram of E[S]"),
     )
     reinitialise: bool = choice(
-        True, "whether initialisation starts again if too few particles are similar to the target"
+        True,
+        "whether initialisation starts again if too few particles are similar to the target",
+        origin=printed("section 6: the tracker returns into the initialization mode"),
     )
-    kick_off: float = Field(
+    kick_off: float = bounded(
         0.1,
+        "b: minimum share of similar particles for tracking, exclusive [ratio]",
         ge=0.0,
         lt=1.0,
-        description="b: minimum share of similar particles for tracking, exclusive [ratio]",
+        origin=printed("section 6: b = 0.1"),
     )
     loss_frames: int = integer(
         3,
         "number of frames with fewer similar particles after which the target counts as lost "
         "[frames]",
+        origin=chosen("section 6: a couple of frames, without a number"),
     )
     placement: motion.Placement = choice(
-        "predicted",
+        "last",
         "positions at which a lost target is searched: half at the borders and half at its last "
         "position (last), mostly at its predicted position (predicted), at the borders, or in "
         "the whole image",
+        origin=chosen(
+            "section 6 places samples where the target is expected to appear, without a rule for "
+            "a lost target; chosen after results on earlier scenes had been seen"
+        ),
     )
     appearance: Literal["current", "first"] = choice(
-        "current", "model with which particles are compared to count similar ones"
+        "current",
+        "model with which particles are compared to count similar ones",
+        origin=chosen("not printed; eq. 15 names the target histogram q, which eq. 12 updates"),
     )
     background_positions: int = integer(
-        1000, "approximate number of positions at which the background is sampled [count]"
+        1000,
+        "approximate number of positions at which the background is sampled [count]",
+        origin=chosen(
+            "section 6: all the positions of the background; a grid has about the same mean"
+        ),
     )
 
 
@@ -126,15 +187,13 @@ class Nummiaro2003(SharingTracker):
     (`init_by_detector`). The background is the last frame before the target appears (`watch`);
     otherwise it is the first frame without the target's surroundings.
 
-    The text states neither σ, α and the noise, nor the length of "a couple of frames", nor the
-    positions of particles during initialisation. π_T = 0.9 has several interpretations.
-    `as-written` follows the text, with decisions for these gaps. Three decisions are post hoc: the
-    interpretation `density`, the noise of size and scale, and half of the particles at the target's
-    last position (`last`). `recommended` sets σ = 0.05, updates the model if ρ exceeds 0.9, and
-    places particles at the target's predicted position. `robust` is for recorded video;
-    docs/presets.md describes its selection. If less than a quarter of an ellipse is inside the
-    image, ρ is 0. Half axes are at least 3 pixels. The background is sampled at about a thousand
-    positions. With one model per particle, the mean of these models determines the threshold.
+    `as-written` has the printed equations and numbers. The text states neither σ, α and the noise,
+    nor the length of "a couple of frames", nor the positions of particles during initialisation.
+    `recommended` multiplies the change of scale by 0.9 in each frame, because otherwise the
+    variance of the size grows without bound. It updates the model if ρ exceeds 0.9, because this
+    interpretation of π_T does not depend on σ. `robust` is for recorded video; docs/presets.md
+    describes its selection. With one model per particle, the mean of these models determines the
+    threshold.
 
     Details: `positive_appearances` (number of similar particles), `mode` (1: tracking, 0:
     initialisation), `half_width` and `half_height` (Hx and Hy of the estimate [pixels]),
@@ -149,10 +208,54 @@ class Nummiaro2003(SharingTracker):
     )
     randomness = Randomness.GENERATOR
     presets = {
-        "as-written": {"sigma": 0.1, "update_reading": "density", "placement": "last"},
-        "recommended": {},
+        "as-written": {},
+        "recommended": {"update_reading": "coefficient", "scale_persistence": 0.9},
         "robust": {"dynamics": "random-walk", "position_noise": 0.6, "size_noise": 0.015}
-        | {"sigma": 0.06, "colour": "hsv", "bins": 16, "alpha": 0.02, "particles": 300},
+        | {"sigma": 0.06, "colour": "hsv", "bins": 16, "alpha": 0.02, "particles": 300}
+        | {"update_reading": "coefficient", "placement": "predicted"},
+    }
+    choices = {
+        "minimum part of an ellipse in the image, below which ρ is 0": (
+            target_model.MIN_SHARE,
+            "the sums of eq. 3 need pixels; a histogram of few pixels is noise",
+        ),
+        "minimum half axis [pixels]": (
+            motion.MIN_HALF_AXIS,
+            "a smaller ellipse has too few pixels for a histogram of 512 bins",
+        ),
+        "unit of the four noises": (
+            "Hx of the last estimate",
+            "w is not printed; the noise then scales with the target and is linear in s",
+        ),
+        "velocity and scale change of placed particles": (
+            0.0,
+            "section 6 places samples without a word on their motion",
+        ),
+        "excluded surroundings of the target in the first frame [half axes]": (
+            target_model.SURROUNDINGS,
+            "the background is the first frame if no frame without the target precedes it",
+        ),
+        "positions from which the threshold is computed again": (
+            "those of the first frame, after each update",
+            "μ and σ of eq. 13 and 14 depend on q, and q changes",
+        ),
+        "share of particles near the last position of a lost target": (
+            motion.NEAR_SHARE,
+            "section 6 names places where the target is expected and image borders",
+        ),
+        "deviations of these particles in x and y [Hx]": (
+            motion.NEAR_SPREAD,
+            "not printed; a lost target of everyday speed moves less in a few frames, mostly "
+            "across",
+        ),
+        "boxes in which the other particles of a lost target are placed": (
+            "left and right border, at the last y",
+            "section 6 names doors and image borders; doors are not known",
+        ),
+        "estimate while the target is lost": (
+            "last box, not visible",
+            "section 6 does not say what the tracker returns",
+        ),
     }
     Parameters = Nummiaro2003Parameters
 

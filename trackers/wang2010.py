@@ -1,6 +1,6 @@
 """Particle filter with improved CamShift, on colour and motion (Wang & Tang 2010)."""
 
-from trackmark.trackers.base.parameters import integer, nonnegative
+from trackmark.trackers.base.parameters import integer, nonnegative, printed
 from trackmark.trackers.maps import position_filter
 
 __all__ = ["Wang2010"]
@@ -10,10 +10,14 @@ class Wang2010Parameters(position_filter.PositionFilterParameters):
     """Parameters of `Wang2010`."""
 
     stop_distance: float = nonnegative(
-        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
+        2.0,
+        "ε: mean shift stops after a step shorter than this [pixels]",
+        origin=printed("section 2.2: ε = 2"),
     )
     max_iterations: int = integer(
-        10, "n₀: maximum number of mean shift steps of a particle per frame [count]"
+        11,
+        "n₀ + 1: maximum number of mean shift steps of a particle per frame [count]",
+        origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
     )
 
 
@@ -37,12 +41,11 @@ class Wang2010(position_filter.PositionFilter):
     no detection of loss, no model update and no change of size.
 
     Equation 10 has no scale: with D in [0, 1], its weights differ at most by a factor of 1.65. So
-    `as-written` has σ = 1. `recommended` (equal to `sharp`) has σ = 0.158, the value of Pérez et
-    al. (exp(-20 D²), ECCV 2002); it comes from the literature, not from results. `robust` (σ = 0.1,
-    r = 10, ε = 0.5, n = 7) is for recorded video, and post hoc. The paper states neither the
-    numbers of bins (here 32 for hue and for saturation) nor n (here 5), although results depend on
-    them. "At most n₀" iterations is our interpretation; the text literally allows n₀ + 1
-    (`max_iterations=11`).
+    `as-written` has σ = 1. `recommended` has σ = 0.158, the value of Pérez et al. (exp(-20 D²),
+    ECCV 2002); it comes from the literature, not from results. The paper states neither the numbers
+    of bins (here 32 for hue and for saturation) nor n (here 5), although results depend on them.
+    Section 2.2 stops mean shift if n₁ > n₀ = 10, after n₁ was increased, so there are up to 11
+    steps. The mean is 1.3.
 
     Motion is measured in grey, R + G + B: a target as bright as its background shows little motion.
     The camera must not move. Otherwise, edges change in the whole image and raise the threshold, so
@@ -65,12 +68,6 @@ class Wang2010(position_filter.PositionFilter):
         "X. Wang, Z. Tang, An improved camshift-based particle filter algorithm for real-time "
         "target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese)"
     )
-    presets = {
-        "as-written": {"sigma": 1.0},
-        "recommended": {},
-        "sharp": {},
-        "robust": position_filter.ROBUST_PRESET | {"stop_distance": 0.5},
-    }
     Parameters = Wang2010Parameters
 
     def drift_rule(self) -> tuple[float, int]:

@@ -97,7 +97,8 @@ def _tracker(name: str) -> Description | None:
         changed = ", ".join(f"{key}={value}" for key, value in values.items())
         default = " (the default)" if preset == json_object["default_preset"] else ""
         lines.append(f"  {preset:14} {changed or 'the defaults'}{default}")
-    return json_object, lines + _parameter_lines(json_object["parameters"])
+    lines += _parameter_lines(json_object["parameters"])
+    return json_object, lines + _origin_lines(json_object)
 
 
 def _named(name: str) -> Description | None:
@@ -170,6 +171,24 @@ def _parameter_lines(parameters: list[dict[str, Any]]) -> list[str]:
         f"  {assignment:{width}}  {parameter['meaning']}"
         + (f" ({parameter['type']})" if "|" in parameter.get("type", "") else "")
         for assignment, parameter in zip(assignments, parameters, strict=True)
+    ]
+
+
+def _origin_lines(tracker: dict[str, Any]) -> list[str]:
+    """Return the origins of a tracker's parameters, and its choices that are no parameters."""
+    rows = [
+        (f"{parameter['name']}={parameter['as_written']}", parameter["origin"])
+        for parameter in tracker["parameters"]
+        if parameter["origin"]
+    ]
+    width = max((len(assignment) for assignment, _ in rows), default=0)
+    lines = ["origins of the values in as-written"] if rows else []
+    lines += [f"  {assignment:{width}}  {origin}" for assignment, origin in rows]
+    if tracker["choices"]:
+        lines.append("choices that are no parameters")
+    return lines + [
+        f"  {choice['name']}: {choice['value']} ({choice['reason']})"
+        for choice in tracker["choices"]
     ]
 
 

@@ -26,16 +26,18 @@ POSED_SCENES = 40
 
 @dataclass(frozen=True)
 class PaperTracker:
-    """Tracker of a paper, with its options in each setting."""
+    """Tracker of a paper, whose preset in a setting has the name of the setting.
+
+    A tracker with equal values in both settings names its preset in its options.
+    """
 
     name: str  # in claims, tables and figures
     registered_name: str
     options: Mapping[str, str]  # in both settings
-    setting_options: Mapping[str, Mapping[str, str]]
 
     def spec(self, setting: str, changed_options: Mapping[str, str] | None = None) -> str:
         """Return the specification of the tracker in a setting, with changed options."""
-        options = {**self.setting_options[setting], **self.options, **(changed_options or {})}
+        options = {"preset": setting, **self.options, **(changed_options or {})}
         return format_text(self.registered_name, options)
 
 

@@ -11,7 +11,7 @@ from typing import Annotated, Literal
 from pydantic import BeforeValidator, Field, InstanceOf, model_validator
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
-from trackmark.bench.papers import SETTINGS, paper_file
+from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.cases import (
     Case,
     FrameValuesName,
@@ -159,7 +159,6 @@ class NameTables(TomlTable):
     """Tables of `paper.toml` that define trackers and sequences."""
 
     trackers: dict[NonEmptyText, NonEmptyText]
-    settings: dict[NonEmptyText, OptionTexts]
     sequences: dict[
         NonEmptyText,
         Annotated[
@@ -168,22 +167,11 @@ class NameTables(TomlTable):
         ],
     ]
 
-    @model_validator(mode="after")
-    def _check_settings(self) -> "NameTables":
-        if {*self.settings} != {*SETTINGS}:
-            raise ValueError(f"settings must be {' and '.join(SETTINGS)}")
-        return self
-
     def names(self, paper: str) -> Names:
         """Return the trackers and sequences by name."""
-        trackers = {}
-        for name, spec in self.trackers.items():
-            registered_name, options = parse_text(spec)
-            by_setting = {
-                setting: parse_options(self.settings[setting].get(registered_name, ""))
-                for setting in SETTINGS
-            }
-            trackers[name] = PaperTracker(name, registered_name, options, by_setting)
+        trackers = {
+            name: PaperTracker(name, *parse_text(spec)) for name, spec in self.trackers.items()
+        }
         sequences = {
             name: PaperSequence(name, paper, table.members, table.scenes_of)
             for name, table in self.sequences.items()

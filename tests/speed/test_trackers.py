@@ -35,7 +35,6 @@ MEAN_SHIFTS = {
         "nummiaro2003:particles=200": 2.5,  # ellipses shrink
         "wang2010:preset=as-written": 2.0,  # with the motion of the whole frame
         "wang2010": 2.0,
-        "wang2010:preset=robust": 2.2,
         "particle-filter": 2.5,
         "camshift-improved": 1.5,
     },

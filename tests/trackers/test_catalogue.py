@@ -8,9 +8,11 @@ from pathlib import Path
 import grimp
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from numba.core.caching import CacheImpl
 
 from trackmark import trackers
+from trackmark.bench.commands import describe
 from trackmark.trackers.base import catalogue
 from trackmark.trackers.base.parameters import TrackerError
 
@@ -130,7 +132,7 @@ def test_unknown_preset_error_suggests_the_closest():
 
 
 def test_options_are_the_differences_from_the_preset():
-    resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=10)
+    resolved = trackers.resolve("camshift", window="adaptive", hue_bins="16", max_iterations=11)
     assert resolved.options == {"hue_bins": 16, "window": "adaptive"}
     assert trackers.resolve("camshift", preset="as-written").options == {"preset": "as-written"}
 
@@ -232,6 +234,34 @@ def test_describe_lists_parameters_with_type_and_meaning(plugin):
     drift = trackers.describe(f"{plugin}:Drift")
     assert drift["presets"] == {"recommended": {}, "fast": {"step": 5.0}}
     assert trackers.summary("static") == "Constant init box: the lower reference of every table."
+
+
+SOURCED = '''
+class Sourced(Drift):
+    """Moves right as in a paper."""
+
+    class Parameters(Parameters):
+        step: float = nonnegative(2.0, "step [pixels]", origin=printed("eq. 3"))
+        count: int = integer(4, "repetitions [count]", origin=chosen("not printed; as in text"))
+        twice: bool = choice(False, "whether it moves twice", origin=OPTION)
+
+    presets = {"as-written": {}, "recommended": {"step": 1.0}}
+    choices = {"first frame": (7, "the paper begins there")}
+'''
+
+
+def test_describe_prints_origins_and_choices(plugin):
+    imports = "from trackmark.trackers.base.parameters import *\n"
+    plugin.write_text(imports + PLUGIN.replace('"""A third', '"""Another') + SOURCED)
+    about = trackers.describe(f"{plugin}:Sourced")
+    step, count, twice = about["parameters"]
+    assert (step["default"], step["as_written"], step["origin"]) == (1.0, 2.0, "printed: eq. 3")
+    assert count["origin"] == "chosen: not printed; as in text"
+    assert twice["origin"] == "option"
+    assert about["presets"] == {"recommended": {}, "as-written": {"step": 2.0}}
+    printed = CliRunner().invoke(describe.command, [f"{plugin}:Sourced"]).output
+    assert "origins of the values in as-written\n  step=2.0     printed: eq. 3\n" in printed
+    assert "choices that are no parameters\n  first frame: 7 (the paper begins there)\n" in printed
 
 
 def test_listing_trackers_imports_no_heavy_library():

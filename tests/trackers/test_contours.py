@@ -208,13 +208,6 @@ def circle(radius, points=32, centre=CENTRE):
     return centre + radius * np.stack([np.cos(angles), np.sin(angles)], axis=1)
 
 
-def ridge(radius, width=4.0, size=(72, 80)):
-    """Return edges with a smooth circular ridge."""
-    rows, columns = np.indices(size) + 0.5
-    distance = np.hypot(columns - CENTRE[0], rows - CENTRE[1])
-    return np.exp(-((distance - radius) ** 2) / (2 * width**2))
-
-
 def transcription(contour, edges, origin, alpha, beta, gamma, kappa, iterations):
     """Return the fitted contour, computed with an inverse matrix and SciPy's interpolator."""
     n = len(contour)
@@ -305,30 +298,15 @@ def test_contour_far_outside_the_image_is_unchanged():
         assert not accepted
 
 
-@pytest.mark.parametrize("edge", [18.0, 22.0])
-def test_snake_at_rest_stops_closer_to_an_edge(edge):
-    start = circle(20)
-    still = fit_snake(start, np.zeros((100, 100)), (0, 0), at_rest=True)
-    np.testing.assert_allclose(still, start, atol=1e-9)
-    actual = [fit_snake(start, ridge(edge), (0, 0), at_rest=rests) for rests in (False, True)]
-    drawn_in, free = (edge - np.hypot(*(points - CENTRE).T).mean() for points in actual)
-    # Stiffness pulls inwards, or towards the start if the snake is at rest there.
-    assert drawn_in > 0.2
-    assert abs(free) < 0.5 * drawn_in
-    assert np.sign(free) == np.sign(edge - 20)
-
-
 @pytest.mark.parametrize("times", [1.0, 2.0, 4.0])
-@pytest.mark.parametrize("stiffness", ["constant", "by-spacing"])
-def test_circle_without_edges_shrinks_by_its_stiffness(stiffness, times):
+def test_circle_without_edges_shrinks_by_its_spacing(times):
     radius = times * 4.4 / (2 * np.sin(np.pi / 32))
     start = circle(radius, centre=np.array([200.0, 200.0]))
-    actual, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None, stiffness)
+    actual, accepted = refine_by_snake(start, np.full((400, 400, 3), 90, np.uint8), None)
     assert accepted
     # A circle is an eigenvector of the difference matrix. After 40 steps without edges:
     difference = 2 - 2 * np.cos(2 * np.pi / 32)
-    ratio = 1.0 if stiffness == "constant" else 1 / times
-    eigenvalue = 0.08 * ratio**2 * difference + 0.6 * ratio**4 * difference**2
+    eigenvalue = 0.08 / times**2 * difference + 0.6 / times**4 * difference**2
     np.testing.assert_allclose(
         np.linalg.norm(actual - 200, axis=1), radius * (1 + eigenvalue) ** -40
     )

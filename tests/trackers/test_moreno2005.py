@@ -31,7 +31,7 @@ WIDE = {"object_prior": "area", "window_margin": 60.0, "eigenvalue_spread": 0.7}
 EVERYDAY = [
     ("moreno2005", {}),
     ("moreno2005", {"preset": "as-written"}),
-    ("moreno2005", {"preset": "robust", "colour_dynamics": "diagonal", **WIDE}),
+    ("moreno2005", {"colour_dynamics": "diagonal", **WIDE}),
     ("moreno2005", {"feedback": "marginal", "colour_model": "refitted"}),
     ("moreno2005", OTHER_VALUES),
     ("contour-smooth-color", {"mixing": 0.5, "plane": "refitted"}),
@@ -52,12 +52,8 @@ SINGLY = [
     {"object_prior": 0.2},
     {"ring": 2.0},
     {"window_margin": 12.0, "window_growth": 0.4},
-    {"colour_floor": 0.0},
-    {"colour_floor": 0.5},
     {"snake": False},
     {"snake_edges": "all"},
-    {"snake_stiffness": "constant"},
-    {"snake_stiffness": "of-change"},
     {"snake_feedback": 0.5},
     {"start": "box"},
     {"colour_levels": 9},
@@ -69,7 +65,7 @@ BASELINE = [
     {"mixing": mixing, "plane": plane, "preset": preset}
     for mixing in (1.0, 0.3)
     for plane in ("first", "refitted")
-    for preset in ("as-written", "recommended", "robust")
+    for preset in ("as-written", "recommended")
 ]
 
 

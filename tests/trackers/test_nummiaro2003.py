@@ -41,6 +41,19 @@ def test_least_coefficient_solves_equations_10_and_11(interpretation, sigma):
     assert replace(likelihood, interpretation="always").least_coefficient == -np.inf
 
 
+@pytest.mark.parametrize(
+    ("rho", "likelihood"),
+    [(1.0, 1.261566), (0.99325, 0.900193), (0.9932, 0.897945), (0.98, 0.464104)],
+)
+def test_nummiaro2003_as_written_has_the_printed_equation_10(rho, likelihood):
+    """Worked by hand: 1 / √(2π · 0.1) = 1 / 0.792665 = 1.261566, exp(-0.3375) = 0.713552."""
+    equation = trackers.create("nummiaro2003", preset="as-written")._likelihood
+    assert equation.sigma == 0.1
+    factor = 1 / 0.792665
+    assert factor * exp(equation.log(rho)) == pytest.approx(likelihood, abs=1e-5)
+    assert (rho > equation.least_coefficient) == (likelihood > 0.9)
+
+
 def motion(**changes):
     quiet = MotionModel("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
     return replace(quiet, **changes)
@@ -285,7 +298,7 @@ def test_moving_target_is_followed(parameters):
 
 
 def test_hidden_target_is_found_again():
-    tracker = started(seed=3)
+    tracker = started(seed=3, placement="predicted", sigma=0.05)
     follow(tracker, [with_target(40 + k) for k in range(8)])
     hidden = follow(tracker, [ground(k) for k in range(10)])
     assert [estimate.details["mode"] for estimate in hidden[:2]] == [1, 1]

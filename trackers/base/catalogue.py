@@ -224,10 +224,13 @@ def resolve_plugin(
 def describe(name: str) -> dict[str, Any]:
     """Return the description of a tracker.
 
-    Its keys are `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset` and
-    `parameters`. `parameters` is a list of dicts with the keys `name`, `type`, `default` and
-    `meaning`. `default` is the value in the default preset; it is empty for a required parameter.
-    `meaning` ends with the unit in brackets.
+    Its keys are `name`, `summary`, `paper`, `randomness`, `presets`, `default_preset`,
+    `parameters` and `choices`. `presets` contains the values that differ from the default preset.
+    `parameters` is a list of dicts with the keys `name`, `type`, `default`, `meaning`, `as_written`
+    and `origin`. `default` is the value in the default preset; it is empty for a required
+    parameter. `meaning` ends with the unit in brackets. `as_written` is the value in the preset
+    `as-written`, and `origin` is the source of this value; it is empty if none is declared.
+    `choices` is a list of dicts with the keys `name`, `value` and `reason`.
     """
     plugin, file = _load(name)
     return describe_plugin(
@@ -250,12 +253,14 @@ def describe_plugin(
         values = {key: field.default for key, field in fields.items()} | required
     else:
         values = dict(resolve_plugin(plugin, file, name, {}).parameters)
+    presets = _differences_from_default(plugin)
+    origins = plugin.Parameters.origins()
     return {
         "name": name,
         "summary": inspect.cleandoc(plugin.__doc__ or ""),
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
-        "presets": {DEFAULT_PRESET: {}, **{key: dict(v) for key, v in plugin.presets.items()}},
+        "presets": presets,
         "default_preset": default_preset(plugin),
         "parameters": [
             {
@@ -263,9 +268,29 @@ def describe_plugin(
                 "type": _type_text(field.annotation),
                 "default": values[key],
                 "meaning": field.description or "",
+                "as_written": presets.get("as-written", {}).get(key, values[key]),
+                "origin": str(origins.get(key, "")),
             }
             for key, field in fields.items()
         ],
+        "choices": [
+            {"name": key, "value": value, "reason": reason}
+            for key, (value, reason) in getattr(plugin, "choices", {}).items()
+        ],
+    }
+
+
+def _differences_from_default(plugin: type[TrackerPlugin]) -> dict[str, dict[str, Any]]:
+    """Return the values of each preset that differ from those of the default preset."""
+    declared = {key: field.default for key, field in plugin.Parameters.model_fields.items()}
+    presets = {
+        preset: {**declared, **values}
+        for preset, values in {DEFAULT_PRESET: {}, **plugin.presets}.items()
+    }
+    default = presets.get(default_preset(plugin), declared)
+    return {
+        preset: {key: value for key, value in values.items() if value != default[key]}
+        for preset, values in presets.items()
     }
 
 

@@ -145,6 +145,9 @@ class TrackerPlugin(ABC):
         Parameter values by preset name. A tracker that does not define `recommended` gets it
         without values. It is the default, unless the class attribute `default_preset` names another
         preset.
+    choices : mapping of str to (value, reason)
+        Constants that decide results but are no parameters, by their meaning. The value refers to
+        the constant of the code.
     Parameters : type
         Class of the tracker's parameters.
 
@@ -160,6 +163,7 @@ class TrackerPlugin(ABC):
     paper: ClassVar[str] = ""
     randomness: ClassVar[Randomness] = Randomness.NONE
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    choices: ClassVar[Mapping[str, tuple[Any, str]]] = {}
     Parameters: ClassVar[type[Parameters]] = Parameters
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:

@@ -1,8 +1,9 @@
 """Parameters of trackers: declaration, validation and error messages."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, Self
+from typing import Any, Literal, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -31,14 +32,60 @@ def unknown_name_error(kind: str, name: str, valid_names: Iterable[str]) -> Trac
     return TrackerError(f"unknown {kind} {name!r}. {hint}")
 
 
+@dataclass(frozen=True)
+class Origin:
+    """Source of the value that a parameter has in the preset `as-written`.
+
+    Attributes
+    ----------
+    kind : str
+        `printed`: the paper prints the value. `chosen`: the method needs a value that the paper
+        does not print. `option`: no part of the method, only for experiments. `harness`: set by
+        the benchmark, such as the treatment of a lost target.
+    text : str
+        Place in the paper, or the reason of a choice; empty for an option and the harness.
+    """
+
+    kind: Literal["printed", "chosen", "option", "harness"]
+    text: str = ""
+
+    def __str__(self) -> str:
+        return f"{self.kind}: {self.text}" if self.text else self.kind
+
+
+OPTION, HARNESS = Origin("option"), Origin("harness")
+
+
+def printed(place: str) -> Origin:
+    """Return the origin of a value that the paper prints at a place, such as `eq. 10`."""
+    return Origin("printed", place)
+
+
+def chosen(reason: str) -> Origin:
+    """Return the origin of a value that the paper does not print, with the reason of the choice."""
+    return Origin("chosen", reason)
+
+
 class Parameters(BaseModel):
     """Base class of the parameters of a tracker.
 
     Each field is a parameter. Its type and bounds are validated; text from the command line is
-    converted. Its description states the meaning, with the unit in brackets (`[pixels]`, …).
+    converted. Its description states the meaning, with the unit in brackets (`[pixels]`, …). The
+    parameters of a tracker of a paper also have an origin.
     """
 
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
+
+    @classmethod
+    def origins(cls) -> dict[str, Origin]:
+        """Return the origins by parameter, without parameters that declare none."""
+        origins: dict[str, Origin] = {}
+        for name, field in cls.model_fields.items():
+            extra = field.json_schema_extra
+            origin = extra.get("origin") if isinstance(extra, dict) else None
+            if isinstance(origin, Origin):
+                origins[name] = origin
+        return origins
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
@@ -59,29 +106,43 @@ class Parameters(BaseModel):
             raise TrackerError(message) from None
 
 
-# The following functions declare parameters by default value and meaning; the unit is in brackets.
+# The following functions declare parameters by default value, meaning and origin; the unit is in
+# brackets at the end of the meaning.
 
 
-def choice(default: Any, meaning: str) -> Any:
+def bounded(default: Any, meaning: str, *, origin: Origin | None = None, **bounds: Any) -> Any:
+    """Return the field of a parameter with bounds of pydantic's `Field`, such as `ge=0, lt=1`."""
+    extra: Any = {"origin": origin} if origin else None
+    return Field(default, description=meaning, json_schema_extra=extra, **bounds)
+
+
+def choice(default: Any, meaning: str, *, origin: Origin | None = None) -> Any:
     """Return the field of a parameter whose values are limited by its type only."""
-    return Field(default, description=meaning)
+    return bounded(default, meaning, origin=origin)
 
 
-def fraction(default: float, meaning: str) -> Any:
+def fraction(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
     """Return the field of a number in [0, 1]."""
-    return Field(default, ge=0.0, le=1.0, description=meaning)
+    return bounded(default, meaning, origin=origin, ge=0.0, le=1.0)
 
 
-def nonnegative(default: float, meaning: str) -> Any:
+def nonnegative(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
     """Return the field of a number ≥ 0."""
-    return Field(default, ge=0.0, description=meaning)
+    return bounded(default, meaning, origin=origin, ge=0.0)
 
 
-def positive(default: float, meaning: str) -> Any:
+def positive(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
     """Return the field of a number > 0."""
-    return Field(default, gt=0.0, description=meaning)
+    return bounded(default, meaning, origin=origin, gt=0.0)
 
 
-def integer(default: int, meaning: str, minimum: int = 1, maximum: int | None = None) -> Any:
-    """Return the field of an integer in [least, most]."""
-    return Field(default, ge=minimum, le=maximum, description=meaning)
+def integer(
+    default: int,
+    meaning: str,
+    minimum: int = 1,
+    maximum: int | None = None,
+    *,
+    origin: Origin | None = None,
+) -> Any:
+    """Return the field of an integer in [minimum, maximum]."""
+    return bounded(default, meaning, origin=origin, ge=minimum, le=maximum)

@@ -80,13 +80,12 @@ class MixtureEvaluator:
     The score of a pair is the mean posterior of the target in the window minus the mean outside.
     The pair's mixtures lie on the attached plane. The evidence for later cues is the posterior of
     the frame's colours, one row per pair. The first `n_target` components belong to the target.
-    `weights` and `temperature` are passed to `weights_from_scores`, `floor` to `posterior`.
+    `weights` and `temperature` are passed to `weights_from_scores`.
     """
 
-    def __init__(self, n_target: int, weights: Weights, temperature: float, floor: float) -> None:
+    def __init__(self, n_target: int, weights: Weights, temperature: float) -> None:
         self.n_target = n_target
         self.grading: tuple[Weights, float] = weights, temperature
-        self.floor = floor
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
@@ -99,7 +98,6 @@ class MixtureEvaluator:
             attached,
             states[:, : self.n_target],
             states[:, self.n_target :],
-            self.floor,
             observation.prior,
             observation.contrast,
         )

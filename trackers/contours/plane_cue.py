@@ -14,11 +14,12 @@ from trackmark.trackers.contours.observation import Observation, Weights, weight
 from trackmark.trackers.contours.posterior import region_scores
 
 REGULARISATION = 1e-4  # variance added to the within-class scatter, which may be singular
+NEIGHBOURS = 3  # nearest neighbours in `discriminant_basis`
 MIN_DISTANCE = 1e-6  # of colours in whitened space; avoids weights of 0 / 0 for equal colours
 
 
 def discriminant_basis(
-    target: Array, background: Array, neighbours: int = 3, exponent: float = 1.0
+    target: Array, background: Array, neighbours: int = NEIGHBOURS, exponent: float = 1.0
 ) -> Array:
     """Return the axes of the plane that separates target and background colours best.
 
@@ -117,24 +118,16 @@ class PlaneCue(ParticleCue):
     colours on each plane, (planes, cells, 2), in the basis that `plane_basis` returns.
 
     `basis` (3, 2) is the basis of the first frame's plane. `weights` and `temperature` are passed
-    to `weights_from_scores`. `floor` is passed to `posterior`; it is the density of a background
-    that no mixture explains.
+    to `weights_from_scores`.
     """
 
     def __init__(
-        self,
-        basis: Array,
-        count: int,
-        spread: float,
-        weights: Weights,
-        temperature: float,
-        floor: float,
+        self, basis: Array, count: int, spread: float, weights: Weights, temperature: float
     ) -> None:
         super().__init__(plane_normal(basis), count)
         self.basis = basis
         self.spread = spread
         self.grading: tuple[Weights, float] = weights, temperature
-        self.floor = floor
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
@@ -158,7 +151,7 @@ class PlaneCue(ParticleCue):
             refine_on_planes(side.points, side.mixture, bases, STEPS_ON_PLANES)
             for side in (observation.inside, observation.outside)
         )
-        scores = region_scores(colours, inside, outside, observation.contrast, self.floor, 0.5)
+        scores = region_scores(colours, inside, outside, observation.contrast, 0.5)
         return Weighed(weights_from_scores(scores, *self.grading), colours)
 
 

@@ -1,8 +1,7 @@
 """Posterior probability of the target given a colour, by mixtures of both classes on a plane.
 
-p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) (p(c | B) + ε)). The floor ε is a density: colours
-that neither mixture explains count as background. Tables of posteriors have single precision; sums
-over them have double precision.
+p(O | c) = P(O) p(c | O) / (P(O) p(c | O) + P(B) p(c | B)), equation 6 of Moreno-Noguer et al.
+(2005). Tables of posteriors have single precision; sums over them have double precision.
 """
 
 from math import factorial, log
@@ -27,14 +26,10 @@ FACTOR_0, FACTOR_1, FACTOR_2, FACTOR_3, FACTOR_4, FACTOR_5 = (
 """Coefficients of the Taylor series of 2ᶠ; its error is below 3e-6 for |f| ≤ ½."""
 
 
-def posterior(
-    points: Array, target: Mixture, background: Mixture, floor: float = 0.05, prior: float = 0.5
-) -> Array:
+def posterior(points: Array, target: Mixture, background: Mixture, prior: float = 0.5) -> Array:
     """Return the target's posterior (n,) at points (n, 2) of a plane; `prior` is P(O)."""
-    with np.errstate(divide="ignore"):
-        floored = np.logaddexp(log_density(background, points), np.log(floor))
-    odds = log_density(target, points) - floored + np.log(prior / (1 - prior))
-    return np.asarray(expit(odds), np.float64)
+    odds = log_density(target, points) - log_density(background, points)
+    return np.asarray(expit(odds + np.log(prior / (1 - prior))), np.float64)
 
 
 def posterior_tables(
@@ -42,7 +37,6 @@ def posterior_tables(
     planes: Ints,
     target: Array,
     background: Array,
-    floor: float,
     prior: float,
     contrast: Array,
 ) -> tuple[Array32, Array]:
@@ -54,18 +48,18 @@ def posterior_tables(
     `contrast` float64 (K,): share of a colour in one region minus its share in the other.
 
     `tables` float32 (N, K): posteriors. If no eigenvalue is below 2e-4, they differ from
-      `posterior` by at most 2e-5, or by 1e-4 without a floor.
+      `posterior` by at most 1e-4.
     `scores` float64 (N,): Σ table · contrast.
     """
-    forms = _forms(from_components(target), from_components(background), floor, prior)
+    forms = _forms(from_components(target), from_components(background), prior)
     return _tables(_plane_coordinates(projected), planes, forms, target.shape[1], contrast)
 
 
 def region_scores(
-    projected: Array, inside: Mixture, outside: Mixture, contrast: Array, floor: float, prior: float
+    projected: Array, inside: Mixture, outside: Mixture, contrast: Array, prior: float
 ) -> Array:
     """Return the scores (P,) of mixtures of two regions on P planes, as `posterior_tables` does."""
-    forms = _forms(inside, outside, floor, prior)
+    forms = _forms(inside, outside, prior)
     planes = np.arange(len(projected))
     return _tables(_plane_coordinates(projected), planes, forms, inside.weights.shape[1], contrast)[
         1
@@ -77,11 +71,10 @@ def _plane_coordinates(projected: Array) -> Array32:
     return np.ascontiguousarray(np.swapaxes(projected, 1, 2), np.float32)
 
 
-def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> Array32:
+def _forms(target: Mixture, background: Mixture, prior: float) -> Array32:
     """Return a, b, c, d, e and k of each mixture component, shape (N, m, 6).
 
-    The density at (x, y), times its prior, is 2^(k - (ax + by + c)² - (dy + e)²). The last of the m
-    components is the constant floor of the background.
+    The density at (x, y), times its prior, is 2^(k - (ax + by + c)² - (dy + e)²).
     """
     weights, means, covariances = (
         np.concatenate(arrays, axis=1) for arrays in zip(target, background, strict=True)
@@ -94,12 +87,9 @@ def _forms(target: Mixture, background: Mixture, floor: float, prior: float) -> 
     a = np.sqrt(yy / (2 * log(2) * determinant))
     b = -a * xy / yy
     d = 1 / np.sqrt(2 * log(2) * yy)
-    forms = np.zeros((len(weights), weights.shape[1] + 1, 6), np.float32)
-    with np.errstate(divide="ignore"):  # a weight or a floor of 0
+    with np.errstate(divide="ignore"):  # a weight of 0
         k = np.log2(priors * weights / (2 * np.pi * np.sqrt(determinant)))
-        forms[:, -1, 5] = np.log2((1 - prior) * floor)
-    forms[:, :-1] = np.stack([a, b, -a * x - b * y, d, -d * y, k], axis=-1)
-    return forms
+    return np.stack([a, b, -a * x - b * y, d, -d * y, k], axis=-1).astype(np.float32)
 
 
 @njit(cache=True)

@@ -2,7 +2,6 @@
 
 from functools import lru_cache
 from math import ceil, floor
-from typing import Literal, TypeAlias
 
 import cv2
 import numpy as np
@@ -13,35 +12,30 @@ from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.contours.outline import bounding_box, crosses_itself, enclosed_area
 
-Stiffness: TypeAlias = Literal["constant", "by-spacing", "of-change"]
-
-ELASTICITY, RIGIDITY = 0.08, 0.6
+ELASTICITY, RIGIDITY = 0.08, 0.6  # α and β of points `SPACING` apart
 SPACING = 4.4  # mean distance of 32 points on ellipses with half axes of 11 to 34 [pixels]
+STEP = 1.0  # γ; smaller values give larger steps
+ATTRACTION = 3.0  # κ
+ITERATIONS = 40
 MARGIN = 14  # margin around a contour in which edges are computed [pixels]
 MIN_AREA_RATIO, MAX_AREA_RATIO = 0.5, 2.0  # limits of area / initial area of an accepted snake
 
 
 def refine_by_snake(
-    contour: Array,
-    image: Image,
-    posterior: NDArray[np.float32] | None,
-    stiffness: Stiffness = "constant",
+    contour: Array, image: Image, posterior: NDArray[np.float32] | None
 ) -> tuple[Array, bool]:
     """Return the snake's contour and True, or the input contour and False if it is rejected.
 
-    The snake's contour is accepted if it does not cross itself and its area is 0.5 to 2 times the
-    area of the input contour.
+    The weights of the snake apply to derivatives along the contour, as defined by Kass et al. So
+    the snake does not depend on the distance of the points. It shrinks a closed contour until edges
+    stop it: a contour that starts at the true one loses 3 to 5 % of its area. The snake's contour
+    is accepted if it does not cross itself and its area is 0.5 to 2 times the area of the input
+    contour.
 
     `contour` float64 (points, 2): initial contour [pixels].
     `image` uint8 (height, width, 3): BGR image.
     `posterior` float32 (height, width), or None: posterior of the target in [0, 1]; only edges of
       both image and posterior attract the snake. With None, all edges of the image do.
-    `stiffness` {"constant", "by-spacing", "of-change"}: `constant`: weights apply to differences
-      between neighbouring points, regardless of their distance; large contours shrink and become
-      round. `by-spacing`: weights apply to derivatives along the contour, equal to `constant` for
-      points `SPACING` apart. Both shrink a closed contour until edges stop it: a contour that
-      starts at the true one loses 3 to 5 % of its area. `of-change`: as `by-spacing`, but for the
-      displacement of points from the input contour; nothing shrinks.
     """
     left, top, width, height = bounding_box(contour).tolist()
     x, y = max(floor(left) - MARGIN, 0), max(floor(top) - MARGIN, 0)
@@ -49,13 +43,9 @@ def refine_by_snake(
     if min(image[near].shape[:2]) < 2:  # a gradient takes two pixels
         return contour, False
     edges = edge_map(image[near], None if posterior is None else posterior[near])
-    elasticity, rigidity = ELASTICITY, RIGIDITY
-    if stiffness != "constant":
-        sides = np.linalg.norm(np.diff(contour, axis=0, append=contour[:1]), axis=1)
-        ratio = SPACING / max(float(sides.mean()), 1.0)
-        elasticity, rigidity = elasticity * ratio**2, rigidity * ratio**4
-    at_rest = stiffness == "of-change"
-    snake = fit_snake(contour, edges, (x, y), elasticity, rigidity, at_rest=at_rest)
+    sides = np.linalg.norm(np.diff(contour, axis=0, append=contour[:1]), axis=1)
+    ratio = SPACING / max(float(sides.mean()), 1.0)
+    snake = fit_snake(contour, edges, (x, y), ELASTICITY * ratio**2, RIGIDITY * ratio**4)
     area = enclosed_area(contour)
     if not MIN_AREA_RATIO * area <= enclosed_area(snake) <= MAX_AREA_RATIO * area or crosses_itself(
         snake
@@ -92,10 +82,9 @@ def fit_snake(
     origin: tuple[int, int],
     elasticity: float = ELASTICITY,
     rigidity: float = RIGIDITY,
-    step: float = 1.0,
-    attraction: float = 3.0,
-    iterations: int = 40,
-    at_rest: bool = False,
+    step: float = STEP,
+    attraction: float = ATTRACTION,
+    iterations: int = ITERATIONS,
 ) -> Array:
     """Return a closed contour (points, 2) after snake steps p ← (A + γ I)⁻¹ (γ p + f(p)).
 
@@ -106,15 +95,12 @@ def fit_snake(
     `step`: γ; smaller values give larger steps.
     `attraction`: κ; f is κ times the edges' gradient, interpolated linearly, at most one pixel.
     `iterations`: number of steps.
-    `at_rest`: if true, A acts on the displacement from the initial contour.
     """
     down, across = np.gradient(edges)
     force = attraction * np.stack([across, down])
     smoothing = _smoothing(len(contour), elasticity, rigidity, step)
     corner = np.array(origin) + 0.5
-    start = contour - corner
-    offset = start - step * (smoothing @ start) if at_rest else np.zeros_like(start)
-    snake: Array = _iterate(start, force, smoothing, offset, step, iterations)
+    snake: Array = _iterate(contour - corner, force, smoothing, step, iterations)
     return snake + corner
 
 
@@ -131,10 +117,8 @@ def _smoothing(points: int, elasticity: float, rigidity: float, step: float) -> 
 
 
 @njit(cache=True)
-def _iterate(
-    start: Array, force: Array, smoothing: Array, offset: Array, step: float, iterations: int
-) -> Array:
-    """Apply snake steps; `offset` (points, 2) is added after each smoothing."""
+def _iterate(start: Array, force: Array, smoothing: Array, step: float, iterations: int) -> Array:
+    """Return the points after snake steps."""
     _, rows, columns = force.shape
     n = len(start)
     points = start.copy()
@@ -150,7 +134,7 @@ def _iterate(
             pulled[i, 0] = step * points[i, 0] + across / length
             pulled[i, 1] = step * points[i, 1] + down / length
         for i in range(n):
-            x, y = offset[i]
+            x, y = 0.0, 0.0
             for j in range(n):
                 x += smoothing[i, j] * pulled[j, 0]
                 y += smoothing[i, j] * pulled[j, 1]

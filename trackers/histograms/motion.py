@@ -122,6 +122,8 @@ class MotionModel:
 
 Placement: TypeAlias = Literal["last", "predicted", "borders", "image"]
 
+NEAR_SHARE = 0.5  # share of particles near the last position, with `last`
+NEAR_SPREAD = 3.0, 1.0  # standard deviations of these particles in x and y [Hx]
 N_REMEMBERED = 20  # positions that determine the mean velocity
 MAX_SPEED = 0.4  # limit of the mean velocity per axis [Hx/frame]
 SIZE_SPREAD = 0.08  # standard deviation of the logarithm of the size, with `predicted`
@@ -183,7 +185,7 @@ class LocationMemory:
         sizes: Array = self.half_axes
         share, centre, deviation = 0.0, np.zeros(2), np.zeros(2)
         if placement == "last" and self._last_seen is not None:
-            share, centre, deviation = 0.5, self._last_seen, sizes[0] * np.array([3.0, 1.0])
+            share, centre, deviation = NEAR_SHARE, self._last_seen, sizes[0] * np.array(NEAR_SPREAD)
         elif placement == "predicted" and self._reliable:
             share = 0.7
             centre, deviation = self._prediction(frame)

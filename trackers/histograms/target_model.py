@@ -161,6 +161,7 @@ class TargetModel:
         return 1.0
 
 
+SURROUNDINGS = 2.0  # half size of the excluded surroundings of a target [half axes]
 _BATCH = 128  # positions
 
 
@@ -179,7 +180,7 @@ class Background:
     `half_axes` float64 (2,): half axes of the ellipses [pixels].
     `spacing`: spacing of the grid, at least 1 [pixels]; see `grid_spacing`.
     `target_centre` float64 (2,), or None: centre of a target in the image. Positions within 2 Hx in
-      x and 2 Hy in y are excluded.
+      x and 2 Hy in y (`SURROUNDINGS`) are excluded.
     """
 
     def __init__(
@@ -198,7 +199,8 @@ class Background:
         )
         positions = np.stack(np.meshgrid(across, down), axis=2).reshape(-1, 2)
         if target_centre is not None:
-            positions = positions[(np.abs(positions - target_centre) >= 2 * half_axes).any(axis=1)]
+            distances = np.abs(positions - target_centre)
+            positions = positions[(distances >= SURROUNDINGS * half_axes).any(axis=1)]
         self.positions = positions
         bins, roots, ends = [np.zeros(0, np.int64)], [np.zeros(0)], [np.zeros(1, np.int64)]
         # In batches, because complete histograms of all positions could be large.

@@ -117,5 +117,5 @@ def started(contour: Array, generator: np.random.Generator) -> Array:
 
 
 def _accuracy(start: Array, image: Image, support: NDArray[np.float32] | None, mask: Mask) -> float:
-    snake, _ = refine_by_snake(start, image, support, "by-spacing")
+    snake, _ = refine_by_snake(start, image, support)
     return float(contour_accuracy(fill_contour(snake, *mask.shape), mask))

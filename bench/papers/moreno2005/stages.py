@@ -122,7 +122,6 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
     first = sequence.first_frame
     image = sequence[first]
     basis, fit = tracker.planes.basis, tracker.refitted.fits[0]
-    floor = tracker.parameters.colour_floor
     points = {"target": fit.target_colours, "background": fit.background_colours}
     projected = np.concatenate(list(points.values())) @ basis
     low, high = projected.min(axis=0), projected.max(axis=0)
@@ -131,7 +130,7 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
     plane_points = np.stack(np.meshgrid(x, y), axis=-1)
 
     def posterior_at(where: Array) -> Array:
-        flat = posterior(where.reshape(-1, 2), fit.target, fit.background, floor)
+        flat = posterior(where.reshape(-1, 2), fit.target, fit.background)
         return flat.reshape(where.shape[:2])
 
     return ColourModel(

@@ -27,7 +27,7 @@ class PlainFilter:
     `mean`: E[S], shape (7,): x, y, vx, vy, Hx, Hy, a' [pixels and frames]. `positive`: number of
     samples that meet the appearance condition (equation 15). `threshold`: μ + 2σ of this condition
     for the current target model. The model is updated if the likelihood of the mean state
-    (`update_reading` "density") or its ρ ("coefficient") is above `update_threshold`. In each frame
+    (`update_reading` "printed") or its ρ ("coefficient") is above `update_threshold`. In each frame
     a' is multiplied by `scale_persistence`.
     """
 
@@ -38,7 +38,7 @@ class PlainFilter:
         bins: int = 8,
         sigma: float = 0.1,
         update_threshold: float = 0.9,
-        update_reading: str = "density",
+        update_reading: str = "printed",
         scale_persistence: float = 1.0,
     ) -> None:
         self._random = np.random.default_rng(seed)
@@ -87,8 +87,8 @@ class PlainFilter:
 
         histogram = self._histogram(codes, self.mean)
         match = self._coefficient(histogram)
-        if self._update_reading == "density":
-            match = exp(-(1 - match) / (2 * self._sigma**2)) / (sqrt(2 * pi) * self._sigma)
+        if self._update_reading == "printed":
+            match = exp(-(1 - match) / (2 * self._sigma**2)) / sqrt(2 * pi * self._sigma)
         if match > self._update_threshold:
             self._model = (1 - ALPHA) * self._model + ALPHA * histogram
             self._find_threshold()

@@ -67,7 +67,7 @@ class PlainCamShift(_CamShift):
         window: str = "fixed",
         hue_bins: int = 32,
         stop_distance: float = 2.0,
-        max_iterations: int = 10,
+        max_iterations: int = 11,
         minimum_saturation: float = 0.0,
         minimum_value: float = 0.0,
         maximum_value: float = 1.0,
@@ -94,7 +94,7 @@ class PlainImprovedCamShift(_CamShift):
         seed: np.random.SeedSequence | int | None = None,
         window: str = "fixed",
         stop_distance: float = 2.0,
-        max_iterations: int = 10,
+        max_iterations: int = 11,
         **maps: Any,
     ) -> None:
         super().__init__(window, stop_distance, max_iterations)
@@ -208,7 +208,7 @@ class PlainWang2010(PlainParticleFilter):
         seed: np.random.SeedSequence | int,
         particles: int = 60,
         stop_distance: float = 2.0,
-        max_iterations: int = 10,
+        max_iterations: int = 11,
         **parameters: Any,
     ) -> None:
         super().__init__(seed, particles, **parameters)

@@ -58,14 +58,14 @@ def mean_shift(
     width: int,
     height: int,
     stop_distance: float = 2.0,
-    max_iterations: int = 10,
+    max_iterations: int = 11,
 ) -> tuple[float, float, int, float]:
     """Move a window to the centroid of the map in it until a step is short (equations 6 and 7).
 
     `joint`: map. `x`, `y`: initial centre [px]. `width`, `height`: size of the window [px].
-    `stop_distance`: ε, the shortest step before another one [px]. `max_iterations`: n0. Returns the
-    final centre x and y, the number of computed centroids, and M00 of the final window. An empty
-    window does not move.
+    `stop_distance`: ε, the shortest step before another one [px]. `max_iterations`: n0 + 1. Returns
+    the final centre x and y, the number of computed centroids, and M00 of the final window. An
+    empty window does not move.
     """
     for iteration in range(1, max_iterations + 1):
         rows, columns = window_slices(joint.shape, x, y, width, height)

@@ -21,7 +21,7 @@ TEXTS = {
 
 NAMES = Names(
     "wang2010",
-    {name: PaperTracker(name, name, {}, {}) for name in "ABC"},
+    {name: PaperTracker(name, name, {}) for name in "ABC"},
     {name: PaperSequence(name, "wang2010", (name,)) for name in ("ball", "x", "y")},
 )
 """Trackers and sequences that the claims name."""

@@ -16,6 +16,7 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.trackers.camshift import CamShift
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
 
@@ -35,13 +36,7 @@ window = "the paper's reference [1]"
 
 [trackers]
 camshift = "camshift"
-static = "static"
-
-[settings.as-written]
-camshift = "window=fixed"
-
-[settings.recommended]
-camshift = "window=adaptive"
+static = "static:preset=recommended"
 
 [sequences]
 target = "plain/target:length=20"
@@ -213,7 +208,9 @@ def tiny(tmp_path_factory):
     for name, text in FILES.items():
         (papers / "tiny" / name).parent.mkdir(exist_ok=True)
         (papers / "tiny" / name).write_text(text)
+    presets = {"as-written": {"window": "fixed"}, "recommended": {"window": "adaptive"}}
     with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(CamShift, "presets", presets)
         patch.setattr(papers_package, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
         patch.setattr(plan, "MAIN_SCENES", len(SCENES))

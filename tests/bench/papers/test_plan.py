@@ -21,12 +21,7 @@ finding = "It tracks here, too."
 {repetitions}
 [trackers]
 "proposed" = "wang2010:particles=15"
-"CamShift" = "camshift"
-[settings.as-written]
-wang2010 = "preset=as-written"
-[settings.recommended]
-wang2010 = "preset=recommended:particles=100"
-camshift = "window=adaptive"
+"CamShift" = "camshift:preset=recommended"
 [sequences]
 cup = "wang2010/cup"
 hand = "wang2010/hand"
@@ -133,8 +128,7 @@ def test_claim_requests_both_settings_and_its_scenes(write):
     assert both.trackers == (
         "wang2010:preset=as-written:particles=15",
         "wang2010:preset=recommended:particles=15",
-        "camshift",
-        "camshift:window=adaptive",
+        "camshift:preset=recommended",
     )
     (quick,) = reproduction.experiments(ReproductionOptions(quick=True))
     assert (quick.name, len(quick.sequences), quick.repetitions) == ("wang2010-cup", 3, 1)

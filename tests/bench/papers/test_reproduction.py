@@ -87,7 +87,7 @@ def test_page_begins_with_the_result_and_ends_with_commands(report, tmp_path):
         "## 8 How to run it",
         "trackmark reproduce tiny --all",
         "## 9 On a clip of the paper",
-        "trackmark run --sequences CLIP --name clip --trackers camshift:window=fixed,",
+        "trackmark run --sequences CLIP --name clip --trackers camshift:preset=as-written,",
     ]
     positions = [text.index(part) for part in places]
     assert positions == sorted(positions)
@@ -232,12 +232,17 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
-    measured_runs, (measured,) = runs.measured_runs, runs.measured_runs("static", scene)
+    measured_runs, (measured,) = (
+        runs.measured_runs,
+        runs.measured_runs("static:preset=recommended", scene),
+    )
     failed = replace(measured, record=replace(measured.record, failure="frame 3: ValueError: no"))
     monkeypatch.setattr(
         runs,
         "measured_runs",
-        lambda *run: [failed] if run == ("static", scene) else measured_runs(*run),
+        lambda *run: (
+            [failed] if run == ("static:preset=recommended", scene) else measured_runs(*run)
+        ),
     )
     values = evidence(report.context.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
@@ -248,7 +253,7 @@ def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
 # Figures
 
 SCENES = [f"plain/target:length=20:scene={number}" for number in (200, *range(202, 213))]
-ADAPTIVE = "camshift:window=adaptive"
+ADAPTIVE = "camshift:preset=recommended"
 
 
 @pytest.fixture
@@ -327,7 +332,7 @@ def test_function_without_a_figure_is_left_out(redraw):
 
 # HTML pages
 
-TEXTS = ("camshift:window=adaptive", "static")
+TEXTS = ("camshift:preset=recommended", "static:preset=recommended")
 
 
 @pytest.fixture(scope="module")
@@ -415,7 +420,11 @@ def test_cell_of_main_table_opens_its_worst_run(page, report):
     frames = {
         (text, s): measured_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes
     }
-    text = "static" if cell["tracker"] == "static" else "camshift:window=adaptive"
+    text = (
+        "static:preset=recommended"
+        if cell["tracker"] == "static"
+        else "camshift:preset=recommended"
+    )
     assert frames[text, cell["sequence"]] == min(frames.values())
 
 

@@ -292,9 +292,7 @@ class PlainSegmenter:
         self.contour, snake = mean, False
         if self.settings.snake:
             edge_posteriors = posteriors if self.settings.snake_edges == "supported" else None
-            self.contour, snake = refined_snake(
-                mean, image, edge_posteriors, self.settings.snake_stiffness
-            )
+            self.contour, snake = refined_snake(mean, image, edge_posteriors)
         self.anchors = round(self.settings.snake_feedback * self.settings.contour_samples)
         mask = fill_contour(self.contour, *image.shape[:2])
         self.learn(image, mask)
@@ -334,7 +332,7 @@ class PlainSegmenter:
         """Return p(O | c) of the frame's colours on a plane for a state of the mixtures."""
         of_target = self.settings.object_components
         mixtures = from_components(state[:of_target]), from_components(state[of_target:])
-        return posterior(frame.colours @ basis, *mixtures, self.settings.colour_floor, frame.prior)
+        return posterior(frame.colours @ basis, *mixtures, frame.prior)
 
     def sets(self, image, mask, counts):
         """Return colours of certain target pixels, and of certain background pixels."""
@@ -411,7 +409,7 @@ class PlainMoreno2005(PlainSegmenter):
             of_outside = refine_mixture(
                 colours_out @ phi, project_mixture(mixture_out, phi), STEPS_ON_PLANES
             )
-            p = posterior(frame.colours @ phi, of_window, of_outside, settings.colour_floor, 0.5)
+            p = posterior(frame.colours @ phi, of_window, of_outside, 0.5)
             differences.append(frame.difference(p))
         temperature = settings.plane_temperature
         cue.weights = weights_of(np.array(differences), settings.weights, temperature)

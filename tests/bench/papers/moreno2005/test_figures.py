@@ -71,7 +71,7 @@ def test_colour_model_has_the_posterior_of_each_colour():
     model = stages.model_of(datasets.load(SCENE))
     colour_model_plot(model, "T").draw_without_rendering()
     x, y = model.grid
-    expected = posterior(np.array([[x[40], y[90]]]), *model.mixtures.values(), floor=0.0)
+    expected = posterior(np.array([[x[40], y[90]]]), *model.mixtures.values())
     assert model.on_plane[90, 40] == pytest.approx(expected[0])
 
 

@@ -53,8 +53,8 @@ def test_estimates_equal_those_of_the_tracker(images, setting):
     [
         ({"particles": 30, "bins": 5}, True),
         ({"sigma": 0.05, "update_threshold": 0.2}, True),
-        ({"update_threshold": 3.95}, False),
-        ({"sigma": 0.3, "particles": 1}, True),
+        ({"update_threshold": 1.25}, False),
+        ({"sigma": 0.3, "particles": 1, "update_threshold": 0.49}, True),
     ],
 )
 def test_estimates_equal_with_other_options(images, options, updated):
