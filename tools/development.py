@@ -11,7 +11,7 @@ are equally founded, the one with the best mean on the scenes is taken.
 
 import argparse
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator
 from dataclasses import dataclass, replace
 from math import nan
 from pathlib import Path
@@ -95,7 +95,7 @@ def planned_runs(
             for sequence in runs.sequences:
                 for scene in scene_specs(sequence, n_scenes(development, variant)):
                     yield VariantRun("scenes", sequence.name, scene, tracker, variant, spec)
-            if variant.kind == "alone" or not runs.recordings:
+            if variant.kind in ("alone", "choice") or not runs.recordings:
                 continue
             spec = _common_spec(variant.spec(on_boxes), specs)
             for name, path in paths.items():
@@ -108,10 +108,8 @@ def _common_spec(spec: str, specs: dict[tuple[str, str, str], str]) -> str:
     return specs.setdefault((parsed.name, values, parsed.init), spec)
 
 
-def execute(
-    planned: list[VariantRun], name: str, root: Path, jobs: int
-) -> dict[str, Iterable[RunKey]]:
-    """Execute the missing runs; return the keys of all runs by experiment.
+def execute(planned: list[VariantRun], paper: Paper, root: Path, jobs: int) -> PaperRuns:
+    """Execute the missing runs, and return all runs.
 
     All trackers of a sequence share an experiment, so that each of its images is made once.
     """
@@ -119,18 +117,17 @@ def execute(
     for unit in dict.fromkeys(run.unit for run in planned):
         specs = tuple(dict.fromkeys(run.spec for run in planned if run.unit == unit))
         sequences.setdefault(specs, {})[unit] = None
-    keys: dict[str, Iterable[RunKey]] = {}
+    keys: dict[str, Collection[RunKey]] = {}
     for number, (specs, units) in enumerate(sequences.items(), 1):
-        experiment = Experiment(
-            f"development-{name}-{number}", specs, tuple(map(SequenceSpec, units))
-        )
+        name = f"development-{paper.name}-{number}"
+        experiment = Experiment(name, specs, tuple(map(SequenceSpec, units)))
         execution = Execution(experiment, root, jobs)
         sys.stderr.write(f"{experiment.name}: {execution.tasks.n_runs} runs\n")
         for _ in execution.rows():
             pass
         execution.raise_errors()
         keys[experiment.name] = execution.plan.requested_runs().versions
-    return keys
+    return PaperRuns(root, keys, paper.frame_rules)
 
 
 def measured_values(planned: list[VariantRun], runs: PaperRuns, measure: Measure) -> pd.DataFrame:
@@ -218,7 +215,7 @@ def outcomes(paper: Paper, development: Development, table: pd.DataFrame) -> lis
         for step in paper.steps(name):
             found = [rows.get((name, together(step), data)) for data in ("scenes", "recordings")]
             worse = any(row is not None and row["decision"] == "worse" for row in found)
-            verdict = "REFUSED: worse" if worse else "allowed"
+            verdict = "refused, because it is worse" if worse else "allowed"
             lines.append(f"{name}: {step.parameter}={step.recommended}: {verdict}")
         for candidate in development.candidates:
             found = [rows.get((name, candidate.name, data)) for data in ("scenes", "recordings")]
@@ -228,7 +225,8 @@ def outcomes(paper: Paper, development: Development, table: pd.DataFrame) -> lis
             worse = any(row is not None and row["decision"] == "worse" for row in found)
             if candidate.reason:
                 taken = not worse and difference > 0
-                verdict = "TAKEN: not worse and the best mean" if taken else "not taken"
+                reason = ", because it is not worse and has the best mean"
+                verdict = f"taken{reason}" if taken else "not taken"
             else:
                 moves = "moves" if abs(difference) > CLAIM_MARGIN else "does not move"
                 verdict = f"choice that {moves} the main measure"
@@ -261,10 +259,7 @@ def main() -> None:
     folder = arguments.recordings
     recordings = [*SAMPLES, *(str(folder.absolute() / path) for path in RECORDINGS if folder)]
     planned = list(planned_runs(paper, development, recordings))
-    keys = execute(planned, paper.name, arguments.results_root, arguments.jobs)
-    runs = PaperRuns(
-        arguments.results_root, {key: set(value) for key, value in keys.items()}, paper.frame_rules
-    )
+    runs = execute(planned, paper, arguments.results_root, arguments.jobs)
     table = effects(measured_values(planned, runs, development.measure))
     sys.stdout.write(summary(table))
     sys.stdout.write("\n".join(outcomes(paper, development, table)) + "\n")

@@ -8,12 +8,15 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.parameters import (
+    OPTION,
     Parameters,
     TrackerError,
     choice,
+    chosen,
     fraction,
     integer,
     nonnegative,
+    printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import (
@@ -37,17 +40,36 @@ class CamShiftParameters(Parameters):
         "fixed",
         "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
         "per frame",
+        origin=chosen(
+            "section 2.2 lists no size step; Bradski's rule is the other reading of the name "
+            "CamShift"
+        ),
     )
-    hue_bins: int = integer(32, "number of bins of the hue histogram [count]", maximum=MAX_BINS)
+    hue_bins: int = integer(
+        32,
+        "number of bins of the hue histogram [count]",
+        maximum=MAX_BINS,
+        origin=chosen("not printed; a bin then has 11 degrees of hue"),
+    )
     stop_distance: float = nonnegative(
-        2.0, "mean shift stops after a step shorter than this [pixels]"
+        2.0,
+        "mean shift stops after a step shorter than this [pixels]",
+        origin=printed("section 2.2: ε = 2"),
     )
-    max_iterations: int = integer(11, "maximum number of mean shift steps per frame [count]")
+    max_iterations: int = integer(
+        11,
+        "maximum number of mean shift steps per frame [count]",
+        origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
+    )
     minimum_saturation: float = fraction(
-        0.0, "pixels with a lower saturation get weight 0 [fraction]"
+        0.0, "pixels with a lower saturation get weight 0 [fraction]", origin=OPTION
     )
-    minimum_value: float = fraction(0.0, "pixels with a lower value (HSV) get weight 0 [fraction]")
-    maximum_value: float = fraction(1.0, "pixels with a higher value (HSV) get weight 0 [fraction]")
+    minimum_value: float = fraction(
+        0.0, "pixels with a lower value (HSV) get weight 0 [fraction]", origin=OPTION
+    )
+    maximum_value: float = fraction(
+        1.0, "pixels with a higher value (HSV) get weight 0 [fraction]", origin=OPTION
+    )
 
 
 class CamShift(SharingTracker):
@@ -75,6 +97,11 @@ class CamShift(SharingTracker):
         "CamShift-based particle filter, J. Image and Graphics 15(10), 2010"
     )
     presets = {"as-written": {}, "recommended": {}}
+    choices = {
+        "weight of the largest bin of the histogram": (1.0, "the rule of Bradski's CamShift"),
+        "hue of grey pixels": (0.0, "not stated; as in MATLAB, which the paper used"),
+        "window without weight": ("not moved", "eq. 7 divides by 0"),
+    }
     Parameters = CamShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
-from trackmark.trackers.base.parameters import choice, integer, nonnegative
+from trackmark.trackers.base.parameters import choice, chosen, integer, nonnegative, printed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import adapted_window, window_size
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
+from trackmark.trackers.maps.joint_map import CHOICES, ColourMotionModel, ColourMotionParameters
 
 __all__ = ["CamShiftImproved"]
 
@@ -22,12 +22,20 @@ class CamShiftImprovedParameters(ColourMotionParameters):
         "fixed",
         "fixed: the window keeps the size of the init box; adaptive: Bradski's rule sets it once "
         "per frame",
+        origin=chosen(
+            "section 2.2 lists no size step; Bradski's rule is the other reading of the name "
+            "CamShift"
+        ),
     )
     stop_distance: float = nonnegative(
-        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
+        2.0,
+        "ε: mean shift stops after a step shorter than this [pixels]",
+        origin=printed("section 2.2: ε = 2"),
     )
     max_iterations: int = integer(
-        11, "n₀ + 1: maximum number of mean shift steps per frame [count]"
+        11,
+        "n₀ + 1: maximum number of mean shift steps per frame [count]",
+        origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
     )
 
 
@@ -51,6 +59,7 @@ class CamShiftImproved(SharingTracker):
         "target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese), section 2.2"
     )
     presets = {"as-written": {}, "recommended": {}}
+    choices = {key: value for key, value in CHOICES.items() if key != "size of the window"}
     Parameters = CamShiftImprovedParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackmark.trackers.base.interface import Image, Mask
-from trackmark.trackers.base.parameters import choice
+from trackmark.trackers.base.parameters import bounded, choice, chosen
 from trackmark.trackers.contours import plane_cue, segmenter
 from trackmark.trackers.contours.chain import Chain, Hypotheses
-from trackmark.trackers.contours.colour_cue import MixtureEvaluator, RefittedColours
+from trackmark.trackers.contours.colour_cue import N_EM_STEPS, MixtureEvaluator, RefittedColours
 from trackmark.trackers.contours.observation import Observation
 
 __all__ = ["ContourSmoothColor"]
@@ -19,13 +18,18 @@ __all__ = ["ContourSmoothColor"]
 class ContourSmoothColorParameters(segmenter.SegmenterParameters):
     """Parameters of `ContourSmoothColor`."""
 
-    mixing: float = Field(
-        1.0, gt=0, le=1, description="a of G(t) = (1 - a) G(t-2) + a G(t-1) [fraction]"
+    mixing: float = bounded(
+        1.0,
+        "a of G(t) = (1 - a) G(t-2) + a G(t-1) [fraction]",
+        gt=0,
+        le=1,
+        origin=chosen("a is not printed; 1 predicts the colours of the last frame"),
     )
     plane: Literal["first", "refitted"] = choice(
         "first",
         "colours are projected on the Fisher plane of the first frame, or of the last segmented "
         "frame",
+        origin=chosen("not stated; the planes are state of the full method only"),
     )
 
 
@@ -49,8 +53,23 @@ class ContourSmoothColor(segmenter.Segmenter):
         "A. Blake, CONDENSATION - conditional density propagation for visual tracking, IJCV 1998"
     )
     presets = {
-        "as-written": segmenter.AS_WRITTEN,
-        "recommended": {},
+        "as-written": {},
+        "recommended": segmenter.RECOMMENDED,
+    }
+    choices = {
+        **segmenter.Segmenter.choices,
+        "mixtures G(t - 2) and G(t - 1)": (
+            "fitted to the last two segmented frames",
+            "a recursion over predictions would never use an image",
+        ),
+        "numbers of colours to which they are fitted, target and background": (
+            segmenter.REFIT_POINTS,
+            "not printed",
+        ),
+        "steps of expectation maximisation per frame": (
+            N_EM_STEPS,
+            "not printed; they start from the mixtures of the previous frame",
+        ),
     }
     Parameters = ContourSmoothColorParameters
 

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import MeanShiftParameters, TargetEllipse
+from trackmark.trackers.histograms.mean_shift import CHOICES, MeanShiftParameters, TargetEllipse
 
 __all__ = ["MeanShift"]
 
@@ -41,7 +41,8 @@ class MeanShift(SharingTracker):
         "D. Comaniciu, V. Ramesh & P. Meer, Real-time tracking of non-rigid objects using mean "
         "shift, CVPR 2000; Kernel-based object tracking, IEEE PAMI 25(5), 2003"
     )
-    presets = {"as-written": {"stop_distance": 1.0}, "recommended": {}}
+    presets = {"as-written": {}, "recommended": {"stop_distance": 0.1}}
+    choices = CHOICES
     Parameters = MeanShiftParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

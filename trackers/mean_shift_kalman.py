@@ -8,9 +8,14 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import ConstantVelocity
-from trackmark.trackers.base.parameters import fraction, positive
+from trackmark.trackers.base.parameters import chosen, fraction, positive, printed
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.histograms.mean_shift import Location, MeanShiftParameters, TargetEllipse
+from trackmark.trackers.histograms.mean_shift import (
+    CHOICES,
+    Location,
+    MeanShiftParameters,
+    TargetEllipse,
+)
 
 __all__ = ["MeanShiftKalman"]
 
@@ -19,12 +24,15 @@ class MeanShiftKalmanParameters(MeanShiftParameters):
     """Parameters of `MeanShiftKalman`."""
 
     acceleration_noise: float = positive(
-        5.0, "standard deviation of the target's acceleration [pixels/frame²]"
+        5.0,
+        "standard deviation of the target's acceleration [pixels/frame²]",
+        origin=printed("PAMI 2003, section on Kalman prediction: hand sequence"),
     )
     least_coefficient: float = fraction(
-        0.5,
+        0.0,
         "if the coefficient of the result is lower, the target is not visible, and the "
         "prediction is used [coefficient]",
+        origin=chosen("the papers use every result of mean shift"),
     )
 
 
@@ -55,7 +63,25 @@ class MeanShiftKalman(SharingTracker):
         "tracking, ICIP 2000; D. Comaniciu, V. Ramesh & P. Meer, Kernel-based object tracking, "
         "IEEE PAMI 25(5), 2003"
     )
-    presets = {"as-written": {"stop_distance": 1.0, "least_coefficient": 0.0}, "recommended": {}}
+    presets = {
+        "as-written": {},
+        "recommended": {"stop_distance": 0.1, "least_coefficient": 0.5},
+    }
+    choices = {
+        **CHOICES,
+        "deviation of the initial velocity": (
+            "half the target's size per frame",
+            "the first velocity is not known",
+        ),
+        "surface of coefficients without a peak": (
+            "infinite variance",
+            "the fitted Gaussian has no deviation",
+        ),
+        "start of mean shift": (
+            "the prediction, clipped to the image",
+            "outside the image, an ellipse has no pixels",
+        ),
+    }
     Parameters = MeanShiftKalmanParameters
 
     def init_shared(self, frame: SharedFrame, box: Box, mask: Mask | None = None) -> None:

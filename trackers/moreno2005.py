@@ -6,10 +6,20 @@ from typing import Literal
 import numpy as np
 
 from trackmark.trackers.base.interface import Image, Mask
-from trackmark.trackers.base.parameters import choice, fraction, integer, nonnegative, positive
+from trackmark.trackers.base.parameters import (
+    choice,
+    chosen,
+    fraction,
+    integer,
+    nonnegative,
+    positive,
+    printed,
+)
 from trackmark.trackers.contours import segmenter
 from trackmark.trackers.contours.chain import Association, Chain, Feedback, Hypotheses
 from trackmark.trackers.contours.colour_cue import (
+    MAX_EIGENVALUE,
+    MIN_EIGENVALUE,
     ColourCue,
     ColourDynamics,
     MixtureEvaluator,
@@ -17,8 +27,8 @@ from trackmark.trackers.contours.colour_cue import (
     RefittedColours,
 )
 from trackmark.trackers.contours.contour_cue import ContourCue, KalmanContourCue
-from trackmark.trackers.contours.observation import Observation, with_colour_sets
-from trackmark.trackers.contours.plane_cue import PlaneCue, plane_basis
+from trackmark.trackers.contours.observation import FIRST_STEPS, Observation, with_colour_sets
+from trackmark.trackers.contours.plane_cue import STEPS_ON_PLANES, PlaneCue, plane_basis
 
 __all__ = ["Moreno2005"]
 
@@ -37,54 +47,114 @@ class Moreno2005Parameters(segmenter.SegmenterParameters):
     of weight are relative to the mean change of the class.
     """
 
-    plane_samples: int = integer(20, "N₁: number of particles of the plane [count]")
-    colour_samples: int = integer(300, "N₂: number of particles of the colours [count]")
+    plane_samples: int = integer(
+        20,
+        "N₁: number of particles of the plane [count]",
+        origin=chosen("N₁ is not printed; the plane has two degrees of freedom"),
+    )
+    colour_samples: int = integer(
+        300,
+        "N₂: number of particles of the colours [count]",
+        origin=chosen(
+            "N₂ is not printed; with (N₁, N₂, N₃) = (20, 150, 300), 2 of 10 earlier videos were "
+            "lost"
+        ),
+    )
     window_components: int = integer(
-        4, "M_W: number of Gaussians of the colours in the window [count]", maximum=20
+        4,
+        "M_W: number of Gaussians of the colours in the window [count]",
+        maximum=20,
+        origin=chosen("not printed; the window has colours of target and background"),
     )
     window_points: int = integer(
-        200, "number of pixels drawn in the window to weigh planes [count]", 20
+        200,
+        "number of pixels drawn in the window to weigh planes [count]",
+        20,
+        origin=chosen("section 5.2: a random set of colours, without its size"),
     )
     outside_points: int = integer(
-        400, "number of pixels drawn outside the window to weigh planes [count]", 20
+        400,
+        "number of pixels drawn outside the window to weigh planes [count]",
+        20,
+        origin=chosen("section 5.2: a random set of colours, without its size"),
     )
-    plane_spread: float = nonnegative(0.0839, "σ of H₁ and p₁, of a normal of length 1 [length]")
+    plane_spread: float = nonnegative(
+        0.0839, "σ of H₁ and p₁, of a normal of length 1 [length]", origin=chosen(segmenter.LEARNT)
+    )
     colour_dynamics: MixtureScale = choice(
-        "shared",
+        "diagonal",
         "shared: all centroids also share a random linear map; diagonal: all numbers have "
         "independent noise",
+        origin=chosen(
+            "the printed full random matrix would add angles to eigenvalues; independent noise is "
+            "the part of it that keeps units"
+        ),
     )
-    mean_spread: float = nonnegative(0.02126, "σ of the noise of a centroid [colour in 0..1]")
+    mean_spread: float = nonnegative(
+        0.02126, "σ of the noise of a centroid [colour in 0..1]", origin=chosen(segmenter.LEARNT)
+    )
     class_spread: float = nonnegative(
-        0.02, "σ of the noise that all centroids of a class share [colour in 0..1]"
+        0.02,
+        "σ of the noise that all centroids of a class share [colour in 0..1]",
+        origin=chosen("not in the text; used by shared dynamics only"),
     )
-    gain_spread: float = nonnegative(0.04, "σ of the shared gain [logarithm]")
+    gain_spread: float = nonnegative(
+        0.04,
+        "σ of the shared gain [logarithm]",
+        origin=chosen("not in the text; used by shared dynamics only"),
+    )
     jump_probability: float = fraction(
-        0.2, "probability per frame of a jump of the shared gain [probability]"
+        0.2,
+        "probability per frame of a jump of the shared gain [probability]",
+        origin=chosen("not in the text; used by shared dynamics only"),
     )
-    jump_spread: float = nonnegative(0.3, "σ of such a jump [logarithm]")
-    prior_spread: float = nonnegative(0.03057, "σ of a weight [logarithm]")
-    eigenvalue_spread: float = nonnegative(0.05669, "σ of an eigenvalue [logarithm]")
-    angle_spread: float = nonnegative(0.04717, "σ of a principal direction [radians]")
+    jump_spread: float = nonnegative(
+        0.3,
+        "σ of such a jump [logarithm]",
+        origin=chosen("not in the text; used by shared dynamics only"),
+    )
+    prior_spread: float = nonnegative(
+        0.03057, "σ of a weight [logarithm]", origin=chosen(segmenter.LEARNT)
+    )
+    eigenvalue_spread: float = nonnegative(
+        0.05669, "σ of an eigenvalue [logarithm]", origin=chosen(segmenter.LEARNT)
+    )
+    angle_spread: float = nonnegative(
+        0.04717, "σ of a principal direction [radians]", origin=chosen(segmenter.LEARNT)
+    )
     plane_temperature: float = positive(
-        0.05, "τ₁: divisor of the differences of planes in exponential weights [difference]"
+        0.05,
+        "τ₁: divisor of the differences of planes in exponential weights [difference]",
+        origin=chosen(
+            "not in the text; larger than τ₃, because the window is only a proxy of the target"
+        ),
     )
     colour_temperature: float = positive(
-        0.05, "τ₂: divisor of the differences of colours in exponential weights [difference]"
+        0.05,
+        "τ₂: divisor of the differences of colours in exponential weights [difference]",
+        origin=chosen(
+            "not in the text; larger than τ₃, because the window is only a proxy of the target"
+        ),
     )
     feedback: Feedback = choice(
-        "joint",
+        "marginal",
         "weights that enter the next frame: each cue's own, or its weights in the complete density",
+        origin=printed("eq. 4: each filter receives its own weights"),
     )
     association: Association = choice(
         "by-weight",
         "how hypotheses of the previous cue are attached: drawn by their weights, or uniformly",
+        origin=printed("section 5.3: samples are associated according to their weights"),
     )
     position: Literal["particles", "kalman"] = choice(
-        "particles", "source of the contours' positions: particles, or a Kalman filter"
+        "particles",
+        "source of the contours' positions: particles, or a Kalman filter",
+        origin=printed("section 4.3: the contour's points are the state of a particle filter"),
     )
     colour_model: Literal["particles", "refitted"] = choice(
-        "particles", "source of mixtures: particles, or fits to the last frames"
+        "particles",
+        "source of mixtures: particles, or fits to the last frames",
+        origin=printed("section 4.2: mixtures are the state of a particle filter"),
     )
 
 
@@ -132,12 +202,29 @@ class Moreno2005(segmenter.Segmenter):
         "features for robust figure-background segmentation, ICCV 2005"
     )
     presets = {
-        "as-written": {
-            **segmenter.AS_WRITTEN,
-            "feedback": "marginal",
-            "colour_dynamics": "diagonal",
+        "as-written": {},
+        "recommended": {
+            **segmenter.RECOMMENDED,
+            "feedback": "joint",
+            "colour_dynamics": "shared",
         },
-        "recommended": {},
+    }
+    choices = {
+        **segmenter.Segmenter.choices,
+        "mean of the noises p₁, p₂ and p₃": (0.0, "not printed; a random walk without drift"),
+        "basis of a plane, of which the state is only the normal": (
+            "that of the first plane, rotated as little as possible",
+            "the mixtures need coordinates that are continuous in the normal",
+        ),
+        "limits of the eigenvalues of a mixture": (
+            (MIN_EIGENVALUE, MAX_EIGENVALUE),
+            "noise in the logarithm has no bound; colours are in [0, 1]",
+        ),
+        "P(W) of a plane": (0.5, "not printed; equal classes, as for P(O)"),
+        "expectation maximisation on the planes": (
+            f"{FIRST_STEPS} steps in RGB, then {STEPS_ON_PLANES} on each plane",
+            "not printed; a projected mixture is a good start, so few steps suffice",
+        ),
     }
     Parameters = Moreno2005Parameters
 

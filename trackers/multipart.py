@@ -11,9 +11,11 @@ from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
     choice,
+    chosen,
     fraction,
     integer,
     positive,
+    printed,
 )
 from trackmark.trackers.base.particles import (
     SCHEMES,
@@ -40,46 +42,70 @@ class MultipartParameters(Parameters):
         "adaptive",
         "single: one histogram of the rectangle; multi: one histogram per half; adaptive: choice "
         "by the distance of the halves in the first frame",
+        origin=printed("eq. 7: choice by the distance of the halves"),
     )
-    particles: int = integer(200, "number of particles N [count]")
+    particles: int = integer(
+        200, "number of particles N [count]", origin=printed("section 3: N = 200")
+    )
     position_divisor: float = positive(
-        3.0, "a: the maximum noise of the centre is width / a [ratio]"
+        3.0,
+        "a: the maximum noise of the centre is width / a [ratio]",
+        origin=printed("section 3: a = 3"),
     )
-    size_divisor: float = positive(10.0, "b: the maximum noise of the area is area / b [ratio]")
-    sigma: float = positive(0.1, "σ of the likelihood [histogram distance]")
+    size_divisor: float = positive(
+        10.0,
+        "b: the maximum noise of the area is area / b [ratio]",
+        origin=printed("section 3: b = 10"),
+    )
+    sigma: float = positive(
+        0.1, "σ of the likelihood [histogram distance]", origin=printed("section 3: σ = 0.1")
+    )
     threshold: float = fraction(
         0.4,
         "T: adaptive uses two parts if the distance of the halves exceeds T [histogram distance]",
+        origin=printed("section 3: T = 0.4"),
     )
     binning: Binning = choice(
         "both",
         "both: a pixel votes for its L* bin and its u*v* bin; perez: only for its L* bin if it "
         "is nearly grey, otherwise only for its u*v* bin",
+        origin=chosen("the page is missing; section 3 lists an L and a uv histogram"),
     )
     uv_range: UvRange = choice(
         "full",
         "range of the u*v* bins; full: u* -134 to 220 and v* -140 to 122; natural: u* -60 to 120 "
         "and v* -80 to 80; srgb-gamut: u* -83 to 175 and v* -134 to 107",
+        origin=chosen("the page is missing; the range of all 8-bit colours"),
     )
     sigma_meaning: Literal["deviation", "variance"] = choice(
-        "deviation", "meaning of sigma: standard deviation or variance of the Gaussian"
+        "deviation",
+        "meaning of sigma: standard deviation or variance of the Gaussian",
+        origin=printed("eq. 8: exp(-d² / 2σ²), although the text calls σ a variance"),
     )
     noise_range: Literal["half", "total"] = choice(
-        "half", "half: noise is within ± width/a and ± area/b; total: within half of these bounds"
+        "half",
+        "half: noise is within ± width/a and ± area/b; total: within half of these bounds",
+        origin=chosen("eq. 6 prints a range, read as the largest noise in both directions"),
     )
     noise_size: Literal["mean", "sample"] = choice(
-        "mean", "size that scales proportional noise: the last estimate's or each particle's"
+        "mean",
+        "size that scales proportional noise: the last estimate's or each particle's",
+        origin=chosen("eq. 6: the rectangle at time t - 1, either the estimate or the sample"),
     )
     dynamics: Literal["random-walk", "first-order"] = choice(
         "random-walk",
         "random-walk: noise changes the position; first-order: noise changes the velocity",
+        origin=printed("eq. 5: random walk"),
     )
     noise: Literal["proportional", "fixed"] = choice(
         "proportional",
         "proportional: noise scales with the size; fixed: its range stays as in the first frame",
+        origin=printed("eq. 6: noise by the rectangle's size"),
     )
     resampling: Literal["multinomial", "systematic", "stratified", "residual"] = choice(
-        "multinomial", "resampling scheme"
+        "multinomial",
+        "resampling scheme",
+        origin=printed("section 2.2: the algorithm of the paper's [1], Isard & Blake"),
     )
 
 
@@ -130,6 +156,31 @@ class Multipart(SharingTracker):
             "position_divisor": 2.0,
             "size_divisor": 20.0,
         },
+    }
+    choices = {
+        "meaning of the scale": ("area of the rectangle", "eq. 6 adds a product of two sides"),
+        "aspect of the rectangle": ("that of the init box", "the state has one size"),
+        "colours": (
+            "8-bit L*u*v* of OpenCV",
+            "the page is missing; section 3 names L and uv histograms",
+        ),
+        "minimum part of a rectangle in the image, below which its weight is 0": (
+            MIN_SHARE,
+            "not stated; a histogram of few pixels is noise",
+        ),
+        "minimum number of pixels of a rectangle in the image": (
+            MIN_PIXELS,
+            "not stated; a histogram of few pixels is noise",
+        ),
+        "maximum factor between the area and the first area": (
+            LARGEST_CHANGE,
+            "eq. 5 has no bound; an area must stay positive",
+        ),
+        "border between the halves": (
+            "row ⌊(top + bottom) / 2⌋",
+            "Fig. 1 shows two equal parts",
+        ),
+        "first particles": ("the init box", "not stated"),
     }
     Parameters = MultipartParameters
 

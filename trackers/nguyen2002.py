@@ -5,26 +5,28 @@ from math import ceil, floor, inf, nan, sqrt
 from typing import Literal
 
 import numpy as np
-from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import ScalarSmoother
 from trackmark.trackers.base.parameters import (
+    OPTION,
     Parameters,
     TrackerError,
+    bounded,
     choice,
+    chosen,
     fraction,
     integer,
     positive,
+    printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
-from trackmark.trackers.templates import appearance
+from trackmark.trackers.templates import appearance, matching
 from trackmark.trackers.templates.matching import (
     FeatureWindow,
     Match,
     Pose,
-    Ties,
     find_pose,
     sample_template,
     search_bounds,
@@ -40,101 +42,131 @@ from trackmark.trackers.templates.occlusion import (
 __all__ = ["Nguyen2002"]
 
 
-MIN_SIDE = 4  # minimum side of a template [pixels]: the coarsest level reads every fourth pixel
+MIN_SIDE = 4  # minimum side of a template [pixels]
 MAX_SEARCH_RANGE = 64  # search range after an occlusion [pixels]
 POSITION_NOISE, SCALE_NOISE = (0.5, 0.5, 2.0), (0.002, 0.01, 0.01)
 """Standard deviations of the smoother: acceleration, measurement, initial velocity."""
 
 
 class Nguyen2002Parameters(Parameters):
-    """Parameters of `Nguyen2002`."""
+    """Parameters of `Nguyen2002`; the defaults are the values of the preset `as-written`."""
 
     features: appearance.Features = choice(
         "invariants",
         "features of a pixel: colour ratios (c1, c2, c3), their arc tangents (both constant on "
         "grey pixels), (R, G, B), or R + G + B",
+        origin=printed("eq. 18; section 3 also compares (R, G, B) and R + G + B"),
     )
-    delta: float = Field(
-        0.99, gt=0.0, lt=1.0, description="δ: share of residuals that are inliers [fraction]"
-    )
-    gamma: float = Field(
-        0.25,
+    delta: float = bounded(
+        0.99,
+        "δ: share of residuals that are inliers [fraction]",
         gt=0.0,
         lt=1.0,
-        description="γ: a larger share of outliers is a severe occlusion [fraction]",
+        origin=printed("section 2.1: δ = 0.99"),
     )
-    minimal_speed: float = Field(
+    gamma: float = bounded(
+        0.25,
+        "γ: a larger share of outliers is a severe occlusion [fraction]",
+        gt=0.0,
+        lt=1.0,
+        origin=printed("section 2.4: γ = 25 %"),
+    )
+    minimal_speed: float = bounded(
         0.05,
+        "κ of the slowest occlusion; n_omax is γ / κ [template widths/frame]",
         gt=0.0,
         le=1.0,
-        description="κ of the slowest occlusion; n_omax is γ / κ [template widths/frame]",
+        origin=printed("section 2.4: κ = 5 %"),
     )
     outlier_rule: Literal["exceeds", "reaches"] = choice(
-        "exceeds",
+        "reaches",
         "a pixel takes its new value if its number of consecutive outliers exceeds n_omax, "
         "or reaches it",
+        origin=printed("eq. 11: n_o ≥ n_omax"),
     )
     longest_occlusion: int = integer(
-        35, "L: maximum duration of an occlusion [frames]", FIRST_CANDIDATE, 1000
+        35,
+        "L: maximum duration of an occlusion [frames]",
+        FIRST_CANDIDATE,
+        1000,
+        origin=chosen("L is not printed; 35 is the last frame number that section 2.4 prints"),
     )
     candidates: Literal["skipped", "all"] = choice(
         "skipped",
         "frames that may end an occlusion: 5, 7, 11, 19, 35 and so on after its beginning, or "
         "all from 5 on",
+        origin=printed("section 2.4: 5, 7, 11, 19, 35 etc."),
     )
     average: int = integer(
-        10, "K: number of frames over which the residuals' covariance is averaged [frames]"
+        10,
+        "K: number of frames over which the residuals' covariance is averaged [frames]",
+        origin=chosen("K of eq. 12 is not printed; about half a second"),
     )
-    search_range: int = Field(
+    search_range: int = bounded(
         16,
+        "maximum translation in the search, per axis and direction [pixels]",
         ge=4,
         le=256,
         multiple_of=4,
-        description="maximum translation in the search, per axis and direction [pixels]",
+        origin=chosen("the range of the search is not printed; four steps of 4 pixels"),
     )
-    subpixel: bool = choice(True, "whether the search continues in fractions of a pixel")
-    ties: Ties = choice(
-        "unchanged", "scale that is selected if costs are equal: the smallest or the unchanged one"
-    )
-    misregistration: bool = choice(
-        True, "whether the first covariance is corrected for the search's finest step"
-    )
-    consistency: bool = choice(
-        True, "whether covariances of inliers are corrected for the removal of outliers"
+    subpixel: bool = choice(
+        False,
+        "whether the search continues in fractions of a pixel",
+        origin=chosen("section 2.1: quantized parameter space, without a step; a pixel"),
     )
     norm: Literal["huber", "quadratic"] = choice(
-        "huber", "ρ of the cost: Huber's function or the square"
+        "huber", "ρ of the cost: Huber's function or the square", origin=printed("eq. 3")
     )
     covariance: Literal["full", "diagonal"] = choice(
-        "full", "whether the components of a pixel's features are treated as correlated"
+        "full",
+        "whether the components of a pixel's features are treated as correlated",
+        origin=printed("eq. 13: R is a full matrix"),
     )
     adaptive_noise: bool = choice(
-        True, "whether C_w is estimated from the residuals; otherwise it is 0"
+        True,
+        "whether C_w is estimated from the residuals; otherwise it is 0",
+        origin=printed("eq. 14"),
     )
-    gate: bool = choice(True, "whether outliers are excluded from template updates")
+    gate: bool = choice(
+        True,
+        "whether outliers are excluded from template updates",
+        origin=printed("eq. 11"),
+    )
     rebootstrap: bool = choice(
-        True, "whether a pixel takes its new value after too many consecutive outliers"
+        True,
+        "whether a pixel takes its new value after too many consecutive outliers",
+        origin=printed("eq. 11"),
     )
     reinitialise: Literal["bootstrap", "keep"] = choice(
-        "bootstrap", "noise after an occlusion: estimated again, or kept from the first frames"
+        "bootstrap",
+        "noise after an occlusion: estimated again, or kept from the first frames",
+        origin=chosen("section 2.4 re-initialises the template, without a word on the noise"),
     )
     report: Literal["smoothed", "raw"] = choice(
-        "smoothed", "returned boxes: smoothed or matched positions"
+        "smoothed",
+        "returned boxes: smoothed or matched positions",
+        origin=printed("section 2.1: the solution of eq. 4 is further smoothed"),
     )
     first_spread: float = positive(
-        0.25, "standard deviation of the first residuals / that of the template's features [ratio]"
+        0.25,
+        "standard deviation of the first residuals / that of the template's features [ratio]",
+        origin=chosen("eq. 4 needs R in the second frame, before eq. 12 defines it"),
     )
-    first_covariance: Literal["all", "inliers"] = Field(
-        "inliers",
-        exclude_if=lambda value: value == "inliers",  # value of older runs
-        description="pixels that determine R(1): all, or inliers, selected in six iterations",
+    first_covariance: Literal["all", "inliers"] = choice(
+        "all",
+        "pixels that determine R(1): all, or inliers, selected in six iterations",
+        origin=chosen("eq. 13 averages over inliers, which are only known if R is known"),
     )
     end: Literal["minimum", "first"] = choice(
         "minimum",
         "end of an occlusion: the candidate of minimum cost, or the first candidate with few "
         "outliers",
+        origin=printed("section 2.4: the frame with the minimum cost"),
     )
-    accept: float = fraction(0.5, "maximum share of outliers of such a first candidate [fraction]")
+    accept: float = fraction(
+        0.5, "maximum share of outliers of such a first candidate [fraction]", origin=OPTION
+    )
 
 
 class Nguyen2002(SharingTracker):
@@ -158,18 +190,16 @@ class Nguyen2002(SharingTracker):
     returns them. `end=first` uses the first candidate with few outliers, without waiting for later
     frames.
 
-    `as-written` follows the text, with decisions for its gaps: K = 10, L = 35 (the last printed
-    number), range and steps of the search, the smoother's noise, and the covariance of the first
-    match (`first_spread`). "Exceeds" n_omax is interpreted literally. R(1), which determines all
-    noise (equation 15), is the covariance of all pixels, because outliers can only be found once R
-    is known (`first_covariance`).
+    `as-written` has the printed equations and numbers; the text does not print K, L, the range and
+    the steps of the search, the smoother's noise and the covariance of the first match
+    (`first_spread`). R(1), which determines all noise (equation 15), is the covariance of all
+    pixels, because outliers can only be found once R is known (`first_covariance`).
 
-    `recommended` restricts R(1) to inliers and searches in fractions of a pixel. Of poses with
-    equal costs, it selects the one with unchanged scale (`ties`; with the smallest scale, the
-    template shrank over time on test clips). It corrects covariances for the search step
-    (`misregistration`) and for the removal of outliers (`consistency`). `robust` (RGB, γ = 0.4,
-    `end=first`) is post hoc. In ratios, a maximum of 0 counts as one grey level. Minimum
-    eigenvalues keep covariances from being singular. Scales stay between 0.5 and 2.
+    `recommended` differs in two parameters. The number of outliers must exceed n_omax, as the text
+    below equation 10 says: with n_omax frames, the slowest occluder would become the template
+    before it is detected. And the search continues in fractions of a pixel. In ratios, a maximum of
+    0 counts as one grey level. Minimum eigenvalues keep covariances from being singular. Scales
+    stay between 0.5 and 2.
 
     With whole pixels (`as-written`), the centre of a template of even width or height lies between
     two pixels, and the search puts it on one of them. Pixels are then read half a pixel to the
@@ -196,15 +226,82 @@ class Nguyen2002(SharingTracker):
         "features, ICIP 2002"
     )
     presets = {
-        "as-written": {
-            "first_covariance": "all",
-            "subpixel": False,
-            "ties": "ascending",
-            "misregistration": False,
-            "consistency": False,
-        },
-        "recommended": {},
-        "robust": {"features": "rgb", "gamma": 0.4, "end": "first"},
+        "as-written": {},
+        "recommended": {"outlier_rule": "exceeds", "subpixel": True},
+    }
+    choices = {
+        "interpolation of a template's first view": (
+            "bilinear",
+            "the centre of a template of even size lies between two pixels",
+        ),
+        "steps of the search in whole pixels [pixels]": (
+            matching.TRANSLATION_STEPS,
+            "section 2.1: coarse to fine, without steps",
+        ),
+        "relative steps of the scale": (
+            matching.SCALE_STEPS[:2],
+            "section 2.1: coarse to fine, without steps; the second halves the first",
+        ),
+        "steps in fractions of a pixel, with `subpixel`, and their relative steps of the scale": (
+            (matching.SUBPIXEL_STEPS, matching.SCALE_STEPS[2:]),
+            "each step halves the one before",
+        ),
+        "number of poses that the second level refines": (
+            matching.N_REFINED,
+            "the best pose of a coarse grid can be a wrong one",
+        ),
+        "minimum side of a template [pixels]": (
+            MIN_SIDE,
+            "eq. 13 needs pixels for a covariance of three components",
+        ),
+        "pose of equal costs": (
+            "smallest scale, then smallest y and x",
+            "eq. 4 has no rule; with whole pixels, neighbouring scales can read equal pixels",
+        ),
+        "limits of the scale": (
+            (matching.MIN_SCALE, matching.MAX_SCALE),
+            "not printed; they keep a template from vanishing",
+        ),
+        "maximum search range after an occlusion [pixels]": (
+            MAX_SEARCH_RANGE,
+            "not printed; the range grows by 2 pixels per hidden frame up to this value",
+        ),
+        "minimum eigenvalues of covariances of residuals": (
+            appearance.FLOORS,
+            "a singular R has no inverse; values for rounding to whole grey levels",
+        ),
+        "deviations of the smoother of positions: acceleration, measurement, first velocity": (
+            POSITION_NOISE,
+            "section 2.1 smooths the solution by a Kalman filter, without numbers [pixels]",
+        ),
+        "deviations of the smoother of the scale": (
+            SCALE_NOISE,
+            "section 2.1 smooths the solution by a Kalman filter, without numbers",
+        ),
+        "negative eigenvalues of C_w and C_g": (
+            0.0,
+            "eq. 14 is a difference and can be negative definite, which no covariance is",
+        ),
+        "residuals before a new template's first view": (
+            "not in the mean R of eq. 12",
+            "section 2.4 re-initialises the template; older residuals belong to the old one",
+        ),
+        "first frame that may end an occlusion": (
+            FIRST_CANDIDATE,
+            "section 2.4 begins its frame numbers with 5, but names L frames from t_o on",
+        ),
+        "count of outliers n_o in eq. 11": (
+            "with the current frame",
+            "the frames where the pixel is declared an outlier include the current one",
+        ),
+        "gain K": (
+            "C_g (C_g + C_f)⁻¹",
+            "the line below eq. 8 prints C_w for both; the gain of eq. 9 and 10 has C_g(t⁻), C_f",
+        ),
+        "denominator of a ratio of which both channels are 0 [grey levels]": (
+            1.0,
+            "eq. 18 is not defined for it",
+        ),
     }
     Parameters = Nguyen2002Parameters
     _watched = 0
@@ -278,24 +375,18 @@ class Nguyen2002(SharingTracker):
         return revised
 
     def _noise_model(self, d: int) -> appearance.NoiseModel:
-        from scipy.special import chdtr, chdtri
+        from scipy.special import chdtri
 
         parameters = self.parameters
         limit = float(chdtri(d, 1 - parameters.delta))
-        factor = 1.0
-        if parameters.consistency and parameters.gate:
-            factor = parameters.delta / float(chdtr(d + 2, limit))
         # Rounded, because 0.3 / 0.05 < 6 in floating point.
         maximum = round(parameters.gamma / parameters.minimal_speed, 9)
         patience = floor(maximum) + 1 if parameters.outlier_rule == "exceeds" else ceil(maximum)
-        finest_step = 0.25 if parameters.subpixel else 1.0
         return appearance.NoiseModel(
             limit=limit,
             floor=appearance.FLOORS[parameters.features],
-            factor=factor,
             first_spread=parameters.first_spread,
             trimmed=parameters.first_covariance == "inliers",
-            grid_step=finest_step if parameters.misregistration else 0.0,
             average=parameters.average,
             correlated=parameters.covariance == "full",
             adaptive=parameters.adaptive_noise,
@@ -405,7 +496,6 @@ class Nguyen2002(SharingTracker):
             search_range,
             sqrt(self._noise.limit) if parameters.norm == "huber" else inf,
             parameters.subpixel,
-            parameters.ties,
         )
         shape = self._height, self._width
         return match, sample_template(window, match.pose, *shape, parameters.subpixel)

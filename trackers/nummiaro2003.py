@@ -163,7 +163,9 @@ class Nummiaro2003Parameters(Parameters):
     background_positions: int = integer(
         1000,
         "approximate number of positions at which the background is sampled [count]",
-        origin=chosen("section 6: all the positions of the background; a grid has the same mean"),
+        origin=chosen(
+            "section 6: all the positions of the background; a grid has about the same mean"
+        ),
     )
 
 

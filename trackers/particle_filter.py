@@ -1,6 +1,6 @@
 """Traditional particle filter: the baseline of Wang & Tang 2010."""
 
-from trackmark.trackers.base.parameters import integer
+from trackmark.trackers.base.parameters import integer, printed
 from trackmark.trackers.maps import position_filter
 
 __all__ = ["ParticleFilter"]
@@ -9,7 +9,12 @@ __all__ = ["ParticleFilter"]
 class ParticleFilterParameters(position_filter.PositionFilterParameters):
     """Parameters of `ParticleFilter`."""
 
-    particles: int = integer(400, "number of particles N [count]", maximum=100_000)
+    particles: int = integer(
+        400,
+        "number of particles N [count]",
+        maximum=100_000,
+        origin=printed("Table 1: N = 400"),
+    )
 
 
 class ParticleFilter(position_filter.PositionFilter):
@@ -33,8 +38,4 @@ class ParticleFilter(position_filter.PositionFilter):
         "the baseline of X. Wang, Z. Tang, An improved camshift-based particle filter algorithm "
         "for real-time target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese)"
     )
-    presets = {
-        "as-written": {"sigma": 1.0},
-        "recommended": {},
-    }
     Parameters = ParticleFilterParameters

@@ -1,6 +1,6 @@
 """Particle filter with improved CamShift, on colour and motion (Wang & Tang 2010)."""
 
-from trackmark.trackers.base.parameters import integer, nonnegative
+from trackmark.trackers.base.parameters import integer, nonnegative, printed
 from trackmark.trackers.maps import position_filter
 
 __all__ = ["Wang2010"]
@@ -10,10 +10,14 @@ class Wang2010Parameters(position_filter.PositionFilterParameters):
     """Parameters of `Wang2010`."""
 
     stop_distance: float = nonnegative(
-        2.0, "ε: mean shift stops after a step shorter than this [pixels]"
+        2.0,
+        "ε: mean shift stops after a step shorter than this [pixels]",
+        origin=printed("section 2.2: ε = 2"),
     )
     max_iterations: int = integer(
-        11, "n₀ + 1: maximum number of mean shift steps of a particle per frame [count]"
+        11,
+        "n₀ + 1: maximum number of mean shift steps of a particle per frame [count]",
+        origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
     )
 
 
@@ -64,10 +68,6 @@ class Wang2010(position_filter.PositionFilter):
         "X. Wang, Z. Tang, An improved camshift-based particle filter algorithm for real-time "
         "target tracking, Journal of Image and Graphics 15(10), 2010 (in Chinese)"
     )
-    presets = {
-        "as-written": {"sigma": 1.0},
-        "recommended": {},
-    }
     Parameters = Wang2010Parameters
 
     def drift_rule(self) -> tuple[float, int]:

@@ -187,7 +187,7 @@ def _origin_lines(tracker: dict[str, Any]) -> list[str]:
     if tracker["choices"]:
         lines.append("choices that are no parameters")
     return lines + [
-        f"  {choice['name']}: {choice['value']}. {choice['reason']}"
+        f"  {choice['name']}: {choice['value']} ({choice['reason']})"
         for choice in tracker["choices"]
     ]
 

@@ -1,7 +1,8 @@
 """Papers whose tables, figures and claims can be reproduced: one folder per paper.
 
-A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml` and
-`criteria.toml` (criteria that scenes must meet). Its `measures.py`, `scenes.py`, `timing.py` and
+A folder contains `paper.toml` (runs, tables and figures), `claims.toml`, `sensitivity.toml`,
+`criteria.toml` (criteria that scenes must meet) and `development.toml` (values that were compared
+before the defaults were chosen). Its `measures.py`, `scenes.py`, `timing.py` and
 `figures.py` contain functions that only this paper needs. `tools/criteria/<paper>.py`, which is not
 part of the wheel, measures its criteria.
 

@@ -33,6 +33,9 @@ N_SCENES = 16
 
 WRITTEN, RECOMMENDED = "as-written", "recommended"
 
+Kind = Literal["setting", "alone", "together", "reasoned", "choice"]
+"""Kind of a variant: a setting, a step alone, steps together, or a candidate."""
+
 ALL = "all"
 """Name of all sequences, or of all recordings, in `development.csv`."""
 
@@ -86,7 +89,7 @@ class Variant:
     setting: str
     changed_options: tuple[tuple[str, str], ...] = ()
     reference: str = ""  # name of a variant; empty for the first one
-    kind: Literal["setting", "alone", "together", "reasoned", "choice"] = "setting"
+    kind: Kind = "setting"
 
     def spec(self, tracker: PaperTracker) -> str:
         """Return the specification of a tracker with the values of the variant."""
@@ -120,7 +123,7 @@ def variants(paper: Paper, development: Development, tracker: PaperTracker) -> l
     for candidate in development.candidates:
         options = candidate_options(candidate, tracker)
         if options:
-            kind = "reasoned" if candidate.reason else "choice"
+            kind: Kind = "reasoned" if candidate.reason else "choice"
             setting = candidate.setting
             found.append(Variant(candidate.name, setting, options, setting, kind))
     return found
@@ -164,15 +167,18 @@ def read_effects(paper: str) -> pd.DataFrame:
 
 
 def effect(paper: str, data: str, tracker: str, variant: str) -> "pd.Series | None":
-    """Return the row on all sequences of a registered tracker; None if it was not measured."""
+    """Return the row of a tracker that covers most units; None if it was not measured.
+
+    `tracker`: a registered name, for the row on all sequences, or a name of `paper.toml`, for the
+    row on its sequence.
+    """
     effects = read_effects(paper)
     rows = effects[
         (effects["data"] == data)
-        & (effects["sequence"] == ALL)
         & (effects["tracker"] == tracker)
         & (effects["variant"] == variant)
     ]
-    return None if rows.empty else rows.iloc[0]
+    return None if rows.empty else rows.sort_values("n").iloc[-1]
 
 
 def registered_names(development: Development) -> Iterator[str]:

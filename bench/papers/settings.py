@@ -5,6 +5,7 @@
 the values that the trackers resolve, so that a page cannot omit a difference.
 """
 
+from math import isfinite
 from typing import Any
 
 import pandas as pd
@@ -12,16 +13,15 @@ import pandas as pd
 from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.papers import SETTINGS
+from trackmark.bench.papers.cases import PaperTracker
 from trackmark.bench.papers.development import (
-    ALL,
-    RECOMMENDED,
+    FIRST_SCENE,
     WRITTEN,
     Development,
     alone,
     candidate_options,
     effect,
     read_development,
-    read_effects,
     registered_names,
     together,
 )
@@ -55,34 +55,33 @@ def setting_differences(paper: Paper) -> dict[str, dict[str, tuple[Any, Any]]]:
 def chain_table(paper: Paper) -> Table:
     """Return the steps from the text to the defaults, with their effects on development data.
 
-    The first row of a tracker has the as-written values. A row of a step has the value with this
-    step alone, and with all steps up to it.
+    The first row of a tracker has the as-written values. The row of a step has the main measure
+    with this step alone, and main measure and overlap on recordings with all steps up to it.
     """
     development = read_development(paper)
     rows = []
     for name in registered_names(development):
         steps = paper.steps(name)
-        written = _values(paper, development, name, WRITTEN)
-        recorded = _recorded(paper, name, WRITTEN)
         if steps:
-            rows.append([name, "as written", "", "", "", "", written, recorded])
-        for step in steps:
             rows.append(
-                [
-                    name,
-                    step.parameter,
-                    step.as_written,
-                    step.recommended,
-                    step.reason,
-                    _values(paper, development, name, alone(step)),
-                    _values(paper, development, name, together(step)),
-                    _recorded(paper, name, together(step)),
-                ]
+                [name, "as written", "", "", "", "", *_effects(paper, development, name, WRITTEN)]
             )
+        rows += [
+            [
+                name,
+                step.parameter,
+                step.as_written,
+                step.recommended,
+                step.reason,
+                _effects(paper, development, name, alone(step))[0],
+                *_effects(paper, development, name, together(step)),
+            ]
+            for step in steps
+        ]
     headings = ["tracker", "parameter", "from", "to", "reason", "alone", "up to here", "recordings"]
     caption = (
         f"Values that differ from the text, and their effect on development data: "
-        f"{development.heading}. Every step is added to those above it; the column alone has only "
+        f"{development.heading}. Each step is added to those above it; the column alone has only "
         "this step. Recordings: mean overlap on seven recordings."
     )
     return text_table("chain", caption, headings, rows, 5)
@@ -91,84 +90,73 @@ def chain_table(paper: Paper) -> Table:
 def chain_sentences(paper: Paper) -> list[str]:
     """Return sentences on the trackers without steps, and on the development data."""
     development = read_development(paper)
-    equal = [
-        f"`{name}`"
-        for name in dict.fromkeys(tracker.registered_name for tracker in paper.trackers.values())
-        if not paper.steps(name)
-    ]
+    names = dict.fromkeys(tracker.registered_name for tracker in paper.trackers.values())
+    fixed = {name for name in names if any("preset" in of.options for of in _entries(paper, name))}
+    equal = [f"`{name}`" for name in names if not paper.steps(name) and name not in fixed]
     scenes = "1 scene" if development.scenes == 1 else f"{development.scenes} scenes"
     data = (
-        f"Development data are {scenes} of each sequence, numbered from 100 on, and seven "
-        f"recordings; no claim is judged on them.{_sentence(development.why_fewer)}"
-    )
+        f"Development data are {scenes} of each sequence, numbered from {FIRST_SCENE} on, and "
+        f"seven recordings. No claim is judged on them. {development.why_fewer}"
+    ).rstrip()
     if not equal:
         return [data]
     return [f"The default of {' and '.join(equal)} equals the text.", data]
 
 
 def candidate_table(paper: Paper) -> Table:
-    """Return the values that were compared with the settings and not taken, with their effects."""
+    """Return the values that were compared with a setting and not taken, with their effects."""
     development = read_development(paper)
     rows = []
     for name in registered_names(development):
         for candidate in development.candidates:
-            changed = any(
-                candidate_options(candidate, tracker)
-                for tracker in paper.trackers.values()
-                if tracker.registered_name == name
-            )
-            if changed:
-                base = candidate.setting
-                rows.append(
-                    [
-                        name,
-                        candidate.name,
-                        candidate.reason or "choice",
-                        f"{_values(paper, development, name, base)} → "
-                        f"{_values(paper, development, name, candidate.name)}",
-                        f"{_recorded(paper, name, base)} → "
-                        f"{_recorded(paper, name, candidate.name)}",
-                    ]
-                )
+            if any(candidate_options(candidate, tracker) for tracker in _entries(paper, name)):
+                effects = [
+                    _difference(effect(paper.name, data, name, candidate.name))
+                    for data in ("scenes", "recordings")
+                ]
+                rows.append([name, candidate.name, candidate.reason or "choice", *effects])
     headings = ["tracker", "value", "reason", development.heading, "recordings"]
     caption = (
-        "Values that were not taken, compared with the default on development data. A choice has "
-        "no reason in the text."
+        "Values that were not taken: mean differences from the default on development data, with "
+        "95 % intervals. A choice has no reason in the text."
     )
     return text_table("candidates", caption, headings, rows, 3)
 
 
-def _sentence(text: str) -> str:
-    return f" {text}" if text else ""
+def _entries(paper: Paper, registered_name: str) -> list[PaperTracker]:
+    """Return the paper's trackers with a registered name."""
+    return [
+        tracker for tracker in paper.trackers.values() if tracker.registered_name == registered_name
+    ]
 
 
-def _values(paper: Paper, development: Development, name: str, variant: str) -> str:
-    """Return the main measure of a variant; by tracker, if the paper's trackers share sequences."""
+def _effects(paper: Paper, development: Development, name: str, variant: str) -> list[str]:
+    """Return the main measure and the overlap on recordings of a variant of a registered tracker.
+
+    If the paper's trackers with this name run on the same sequences, each has a value of its own.
+    """
     runs = [runs for runs in development.runs if runs.tracker.registered_name == name]
-    if len({tuple(sequence.name for sequence in run.sequences) for run in runs}) > 1 or (
-        len(runs) == 1
-    ):
-        row = effect(paper.name, "scenes", name, variant)
-        return _number(row)
-    effects = read_effects(paper.name)
-    cells = []
-    for run in runs:
-        rows = effects[
-            (effects["data"] == "scenes")
-            & (effects["sequence"] != ALL)
-            & (effects["tracker"] == run.tracker.name)
-            & (effects["variant"] == variant)
+    scenes, recordings = (
+        effect(paper.name, data, name, variant) for data in ("scenes", "recordings")
+    )
+    values = [scenes]
+    if len({of_tracker.sequences for of_tracker in runs}) == 1 < len(runs):
+        values = [
+            effect(paper.name, "scenes", of_tracker.tracker.name, variant) for of_tracker in runs
         ]
-        cells.append(f"{rows['value'].mean():.2f}" if len(rows) else MISSING)
-    return " / ".join(cells)
+    return [" / ".join(map(_value, values)), _value(recordings)]
 
 
-def _recorded(paper: Paper, name: str, variant: str) -> str:
-    return _number(effect(paper.name, "recordings", name, variant))
-
-
-def _number(row: "pd.Series | None") -> str:
+def _value(row: "pd.Series | None") -> str:
     return MISSING if row is None else f"{row['value']:.2f}"
+
+
+def _difference(row: "pd.Series | None") -> str:
+    """Return a mean difference with its interval, which fewer than six units do not have."""
+    if row is None:
+        return MISSING
+    interval = f" [{row['low']:+.2f}, {row['high']:+.2f}]" if isfinite(row["low"]) else ""
+    return f"{row['difference']:+.2f}{interval}"
 
 
 def clip_command(paper: Paper) -> str:

@@ -261,7 +261,7 @@ def test_describe_prints_origins_and_choices(plugin):
     assert about["presets"] == {"recommended": {}, "as-written": {"step": 2.0}}
     printed = CliRunner().invoke(describe.command, [f"{plugin}:Sourced"]).output
     assert "origins of the values in as-written\n  step=2.0     printed: eq. 3\n" in printed
-    assert "choices that are no parameters\n  first frame: 7. the paper begins there\n" in printed
+    assert "choices that are no parameters\n  first frame: 7 (the paper begins there)\n" in printed
 
 
 def test_listing_trackers_imports_no_heavy_library():

@@ -1,10 +1,11 @@
 """Criteria of the moreno2005 scenes; the ring is the surroundings of the target in `shared`."""
 
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
 from tools.criteria.shared import SceneImages, colour_auc, speeds
-from trackmark.datasets.interface import Mask
+from trackmark.datasets.interface import Image, Mask
 
 
 def model_auc(scene: SceneImages, *, frame: int, age: int) -> float:
@@ -25,10 +26,51 @@ def auc_percentile(
     return float(np.percentile(values, percentile))
 
 
-def hard_share(scene: SceneImages, *, limit: float, age: int) -> float:
-    """Return the share of frames with an AUC <= `limit`, by the colours `age` frames earlier."""
-    frames = range(age, len(scene))
+def hard_share(scene: SceneImages, *, limit: float, age: int, step: int = 1) -> float:
+    """Return the share of frames with an AUC <= `limit`, by the colours `age` frames earlier.
+
+    Every `step`-th frame is measured.
+    """
+    frames = range(age, len(scene), step)
     return float(np.mean([colour_auc(scene, frame, frame - age) <= limit for frame in frames]))
+
+
+def visible_outline(
+    scene: SceneImages, *, percentile: float, contrast: float, step: int = 5
+) -> float:
+    """Return a percentile over frames of the share of the outline with a contrast > `contrast`.
+
+    The contrast of an outline point is the distance in RGB of [0, 1] between the means of 5 x 5
+    pixels 4 pixels inside and 4 pixels outside. Every `step`-th frame is measured.
+    """
+    shares = [
+        np.mean(_outline_contrasts(scene.image(frame), scene.mask(frame)) > contrast)
+        for frame in range(0, len(scene), step)
+    ]
+    return float(np.percentile(shares, percentile))
+
+
+def _outline_contrasts(image: Image, mask: Mask) -> NDArray[np.float64]:
+    """Return the contrast at every second point of the largest outline of a mask.
+
+    Points whose inner or outer side is outside the image are omitted.
+    """
+    target = mask.astype(np.uint8)
+    outlines, _ = cv2.findContours(target, cv2.RETR_EXTERNAL, cv2.CHAIN_APPROX_NONE)
+    points = max(outlines, key=len)[::2, 0]
+    inwards, outwards = (
+        cv2.distanceTransform(area, cv2.DIST_L2, 5) for area in (target, 1 - target)
+    )
+    rise, climb = np.gradient(cv2.GaussianBlur(inwards - outwards, (0, 0), 2))
+    normals = np.stack([climb, rise], axis=2)[points[:, 1], points[:, 0]].astype(np.float64)
+    normals *= 4 / (np.linalg.norm(normals, axis=1, keepdims=True) + 1e-6)
+    ends = [np.round(points + side * normals).astype(int) for side in (1, -1)]
+    valid = np.logical_and.reduce(
+        [((end >= 0) & (end < mask.shape[::-1])).all(axis=1) for end in ends]
+    )
+    means = cv2.blur(image.astype(np.float64), (5, 5)) / 255
+    inside, outside = (means[end[valid, 1], end[valid, 0]] for end in ends)
+    return np.asarray(np.linalg.norm(inside - outside, axis=1))
 
 
 def channel_gain_ratio(scene: SceneImages, *, frame: int) -> float:

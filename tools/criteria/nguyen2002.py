@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 
 from tools.criteria.shared import SceneImages, box_mask, colour_auc
 from trackmark import datasets
+from trackmark.datasets.synthetic.render.finish import GAMMA
 
 COMPLETE = 0.02  # visible share up to which an occlusion counts as complete
 
@@ -30,9 +31,24 @@ def light_change_auc(scene: SceneImages, *, switch: str) -> float:
 
     `switch`: `off` or `on`. The first frame after the switch is measured.
     """
-    lamp_off = np.asarray(scene.sequence.attributes["lamp off"]).astype(int)
-    frame = int(np.flatnonzero(np.diff(lamp_off) == (1 if switch == "off" else -1))[0]) + 1
+    frame = _switch_frame(scene, switch)
     return colour_auc(scene, frame, frame - 1)
+
+
+def light_ratio(scene: SceneImages, *, switch: str) -> float:
+    """Return the target's mean light in the first frame after a switch, relative to before.
+
+    `switch`: `off` or `on`. Grey levels are converted to linear light by the camera's exponent.
+    """
+    frame = _switch_frame(scene, switch)
+    before, after = (np.mean((scene.target_colours(f) / 255) ** GAMMA) for f in (frame - 1, frame))
+    return float(after / before)
+
+
+def _switch_frame(scene: SceneImages, switch: str) -> int:
+    """Return the first frame after a lamp is switched `off` or `on`."""
+    lamp_off = np.asarray(scene.sequence.attributes["lamp off"]).astype(int)
+    return int(np.flatnonzero(np.diff(lamp_off) == (1 if switch == "off" else -1))[0]) + 1
 
 
 def complete_occlusions(clips: ClipSet) -> float:

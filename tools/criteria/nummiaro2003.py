@@ -1,5 +1,8 @@
 """Criteria of the nummiaro2003 scenes."""
 
+from typing import TypeVar
+
+import cv2
 import numpy as np
 from numpy.typing import NDArray
 
@@ -9,6 +12,8 @@ from tools.criteria.shared import (
     box_mask,
     colour_histogram,
 )
+from trackmark.datasets.synthetic.nummiaro2003.driving.scene import DrivingScene
+from trackmark.datasets.synthetic.nummiaro2003.head import HeadScene
 
 
 def occlusions(visibility: NDArray[np.float64], visible: float) -> list[tuple[int, int]]:
@@ -101,6 +106,62 @@ def changed_share(scene: SceneImages, *, distance: float, step: int = 5) -> floa
         for frame in range(scene.sequence.first_frame, len(scene), step)
     ]
     return float(np.mean(np.array(changes) >= distance))
+
+
+def mean_colour(scene: SceneImages, frame: int) -> NDArray[np.float64]:
+    """Return the mean CIELAB colour of the target's visible pixels, shape (3,)."""
+    colours = scene.target_colours(frame).astype(np.float32) / 255
+    return np.asarray(cv2.cvtColor(colours[None], cv2.COLOR_BGR2LAB)[0].mean(axis=0), np.float64)
+
+
+def mean_colours(scene: SceneImages, step: int) -> NDArray[np.float64]:
+    """Return the mean CIELAB colour of every `step`-th frame from the first, shape (n, 3)."""
+    frames = range(scene.sequence.first_frame, len(scene), step)
+    return np.stack([mean_colour(scene, frame) for frame in frames])
+
+
+def recoloured_share(scene: SceneImages, *, difference: float, step: int = 5) -> float:
+    """Return the share of frames whose mean colour differs by ΔE >= `difference` from the first.
+
+    ΔE is the Euclidean distance in CIELAB (CIE 1976), measured in every `step`-th frame.
+    """
+    colours = mean_colours(scene, step)
+    return float(np.mean(np.linalg.norm(colours - colours[0], axis=1) >= difference))
+
+
+def recolouring(
+    scene: SceneImages, *, frames: int = 10, percentile: float = 95, step: int = 5
+) -> float:
+    """Return a percentile of ΔE between the mean colours of two frames, `frames` apart."""
+    colours, lag = mean_colours(scene, step), frames // step
+    return float(np.percentile(np.linalg.norm(colours[lag:] - colours[:-lag], axis=1), percentile))
+
+
+def viewing_angle(scene: SceneImages) -> float:
+    """Return the largest angle between the line of sight and the heading of the car [degrees]."""
+    plan = renderer(scene, DrivingScene).plan
+    return float(np.degrees(np.abs(plan.viewing_angles).max()))
+
+
+def turned_share(scene: SceneImages, *, angle: float) -> float:
+    """Return the share of frames in which the head points >= `angle` degrees away from the start.
+
+    The angle lies between the directions of the face in the frame and in the first frame.
+    """
+    directions = renderer(scene, HeadScene).worker.directions
+    cosines = (directions * directions[scene.sequence.first_frame]).sum(axis=1)
+    return float(np.mean(cosines <= np.cos(np.radians(angle))))
+
+
+Renderer = TypeVar("Renderer")
+
+
+def renderer(scene: SceneImages, kind: type[Renderer]) -> Renderer:
+    """Return the renderer of a scene, which must have the type `kind`."""
+    frames = scene.sequence.frames
+    if not isinstance(frames, kind):
+        raise TypeError(f"{scene.sequence.name}: the renderer is no {kind.__name__}.")
+    return frames
 
 
 def attribute_share(scene: SceneImages, *, attribute: str) -> float:

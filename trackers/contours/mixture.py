@@ -11,6 +11,7 @@ from numba import njit
 from trackmark.trackers.base.arrays import Array
 
 REGULARISATION = 3e-4  # variance added to every axis of a fitted component
+FIT_STEPS = 15  # EM steps of `fit_mixture`
 MIN_MASS = 1e-9  # sum of responsibilities below which a component keeps mean and covariance
 
 
@@ -26,7 +27,7 @@ def fit_mixture(
     points: Array,
     components: int,
     generator: np.random.Generator,
-    iterations: int = 15,
+    iterations: int = FIT_STEPS,
     regularisation: float = REGULARISATION,
 ) -> Mixture:
     """Fit a mixture by expectation maximisation (EM) from random centres.

@@ -14,11 +14,12 @@ from trackmark.trackers.contours.observation import Observation, Weights, weight
 from trackmark.trackers.contours.posterior import region_scores
 
 REGULARISATION = 1e-4  # variance added to the within-class scatter, which may be singular
+NEIGHBOURS = 3  # nearest neighbours in `discriminant_basis`
 MIN_DISTANCE = 1e-6  # of colours in whitened space; avoids weights of 0 / 0 for equal colours
 
 
 def discriminant_basis(
-    target: Array, background: Array, neighbours: int = 3, exponent: float = 1.0
+    target: Array, background: Array, neighbours: int = NEIGHBOURS, exponent: float = 1.0
 ) -> Array:
     """Return the axes of the plane that separates target and background colours best.
 

@@ -13,20 +13,29 @@ from pydantic import Field
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
 from trackmark.trackers.base.parameters import (
+    HARNESS,
+    OPTION,
     Parameters,
     TrackerError,
     choice,
+    chosen,
     fraction,
     integer,
     nonnegative,
     positive,
+    printed,
 )
 from trackmark.trackers.base.particles import effective_sample_size
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.contours.chain import Chain, Hypotheses, complete_combinations
 from trackmark.trackers.contours.colour_cue import ColourFit
-from trackmark.trackers.contours.contour_cue import ContourCue, ContourDynamics
-from trackmark.trackers.contours.mixture import fit_mixture, to_components
+from trackmark.trackers.contours.contour_cue import MIN_AREA, ContourCue, ContourDynamics
+from trackmark.trackers.contours.mixture import (
+    FIT_STEPS,
+    REGULARISATION,
+    fit_mixture,
+    to_components,
+)
 from trackmark.trackers.contours.observation import (
     ColourCells,
     Observation,
@@ -44,16 +53,31 @@ from trackmark.trackers.contours.outline import (
     inscribed_ellipse,
     outline,
 )
-from trackmark.trackers.contours.plane_cue import discriminant_basis
-from trackmark.trackers.contours.snake import refine_by_snake
+from trackmark.trackers.contours.plane_cue import NEIGHBOURS, discriminant_basis
+from trackmark.trackers.contours.snake import (
+    ATTRACTION,
+    ELASTICITY,
+    ITERATIONS,
+    MAX_AREA_RATIO,
+    MIN_AREA_RATIO,
+    RIGIDITY,
+    SPACING,
+    STEP,
+    refine_by_snake,
+)
 
 Posterior: TypeAlias = NDArray[np.float32]
 
 REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
 TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # sample sizes for the first plane and mixtures
 REFIT_POINTS = 300, 600  # sample sizes of target and background in later frames
-AS_WRITTEN: Mapping[str, str] = {"weights": "literal", "outside": "image"}
-"""Parameters of the paper's text that both trackers share."""
+RECOMMENDED: Mapping[str, str] = {"weights": "exponential", "outside": "window"}
+"""Values of the preset `recommended` that both trackers share."""
+
+LEARNT = (
+    "not printed; learnt by least squares, as section 4.3 says, on two scenes that no claim uses"
+)
+"""Reason of a spread; `SegmenterParameters` describes how the spreads were learnt."""
 
 MIN_PRIOR = 0.05  # minimum prior of target and background, if computed from areas
 
@@ -71,80 +95,131 @@ class SegmenterParameters(Parameters):
     320 wide.
     """
 
-    contour_samples: int = integer(500, "N₃: number of particles of the contour [count]")
-    contour_points: int = integer(32, "N_r: points of a contour [count]", 8)
+    contour_samples: int = integer(
+        500,
+        "N₃: number of particles of the contour [count]",
+        origin=chosen(
+            "N₃ is not printed; with (N₁, N₂, N₃) = (20, 150, 300), 2 of 10 earlier videos were "
+            "lost"
+        ),
+    )
+    contour_points: int = integer(
+        32,
+        "N_r: points of a contour [count]",
+        8,
+        origin=chosen(
+            "N_r is not printed; one point per 4.4 pixels on the ellipses of the paper's Fig. 7"
+        ),
+    )
     object_components: int = integer(
-        2, "M_O: number of Gaussians of the target's colours [count]", maximum=20
+        2,
+        "M_O: number of Gaussians of the target's colours [count]",
+        maximum=20,
+        origin=chosen("M_O is not printed; a target of few colours"),
     )
     background_components: int = integer(
-        5, "M_B: number of Gaussians of the background's colours [count]", maximum=20
+        5,
+        "M_B: number of Gaussians of the background's colours [count]",
+        maximum=20,
+        origin=chosen("M_B is not printed; the background has more colours than the target"),
     )
     stretch_x_spread: float = nonnegative(
-        0.0323, "σ of the element of H₃ by which x depends on x [ratio]"
+        0.0323, "σ of the element of H₃ by which x depends on x [ratio]", origin=chosen(LEARNT)
     )
     shear_x_spread: float = nonnegative(
-        0.05738, "σ of the element of H₃ by which x depends on y [ratio]"
+        0.05738, "σ of the element of H₃ by which x depends on y [ratio]", origin=chosen(LEARNT)
     )
     shear_y_spread: float = nonnegative(
-        0.05397, "σ of the element of H₃ by which y depends on x [ratio]"
+        0.05397, "σ of the element of H₃ by which y depends on x [ratio]", origin=chosen(LEARNT)
     )
     stretch_y_spread: float = nonnegative(
-        0.03318, "σ of the element of H₃ by which y depends on y [ratio]"
+        0.03318, "σ of the element of H₃ by which y depends on y [ratio]", origin=chosen(LEARNT)
     )
     shift_x_spread: float = nonnegative(
-        3.465, "σ of the x component of p₃, in an image 320 wide [pixels]"
+        3.465, "σ of the x component of p₃, in an image 320 wide [pixels]", origin=chosen(LEARNT)
     )
     shift_y_spread: float = nonnegative(
-        3.72, "σ of the y component of p₃, in an image 320 wide [pixels]"
+        3.72, "σ of the y component of p₃, in an image 320 wide [pixels]", origin=chosen(LEARNT)
     )
     weights: Weights = choice(
-        "exponential",
+        "literal",
         "literal: weights are differences of mean posteriors; exponential: exponentials of "
         "these differences",
+        origin=printed("sections 5.2 to 5.4: weights are differences of mean posteriors"),
     )
     contour_temperature: float = positive(
-        0.02, "τ₃: divisor of the differences of contours in exponential weights [difference]"
+        0.02,
+        "τ₃: divisor of the differences of contours in exponential weights [difference]",
+        origin=chosen(
+            "not in the text; smaller than τ₁ and τ₂, because the window is only a proxy of the "
+            "target"
+        ),
     )
     object_prior: Annotated[float, Field(gt=0, lt=1)] | Literal["area"] = choice(
         0.5,
         "P(O): prior probability of the target: a number, or the share of the window that the "
         "contour encloses [fraction]",
+        origin=chosen("P(O) of eq. 6 is not printed; equal classes"),
     )
     window_margin: float = nonnegative(
-        4.0, "W extends so far beyond the contour, in an image 320 wide [pixels]"
+        4.0,
+        "W extends so far beyond the contour, in an image 320 wide [pixels]",
+        origin=chosen(
+            "section 5.2: a tolerance big enough for unexpected movements, without a number"
+        ),
     )
     window_growth: float = nonnegative(
-        0.15, "W also extends by this multiple of half the contour's width and height [ratio]"
+        0.15,
+        "W also extends by this multiple of half the contour's width and height [ratio]",
+        origin=chosen(
+            "section 5.2: a tolerance big enough for unexpected movements, without a number"
+        ),
     )
     ring: Annotated[float, Field(gt=1)] | Literal["image"] = choice(
         "image",
         "surroundings with which W is compared: the rest of the image, or of a rectangle so many "
         "times as wide and high as W [ratio]",
+        origin=printed("section 5.2: image pixels in and out of W"),
     )
     outside: Outside = choice(
-        "window",
+        "image",
         "region with which a contour's inside is compared: the rest of the image, or of the "
         "bounding box of W and all contours",
+        origin=printed("section 5.4: image pixels inside and outside the contour"),
     )
-    snake: bool = choice(True, "whether a snake refines the mean contour")
+    snake: bool = choice(
+        True,
+        "whether a snake refines the mean contour",
+        origin=printed("section 5.5: the average contour initialises a snake"),
+    )
     snake_edges: Literal["supported", "all"] = choice(
         "supported",
         "edges that attract the snake: edges of both image and posterior, or all edges of "
         "the image",
+        origin=printed("section 5.5, Fig. 6: the posterior of the best colours eliminates edges"),
     )
     snake_feedback: float = fraction(
-        0.0, "share of the contours that start from the snake [fraction]"
+        0.0, "share of the contours that start from the snake [fraction]", origin=OPTION
     )
     colour_levels: int = integer(
-        20, "L: number of levels per channel; the colour grid has L³ cells [count]", 2, 64
+        20,
+        "L: number of levels per channel; the colour grid has L³ cells [count]",
+        2,
+        64,
+        origin=chosen(
+            "the text evaluates each pixel; a grid of 20³ cells evaluates all of them faster"
+        ),
     )
     start: Literal["mask", "box"] = choice(
-        "mask", "initial target: the mask, if one is given, or the ellipse in the init box"
+        "mask",
+        "initial target: the mask, if one is given, or the ellipse in the init box",
+        origin=HARNESS,
     )
     output: Literal["snake", "mean", "posterior"] = choice(
         "snake",
         "region whose mask and box are returned: the refined contour, the mean contour, or the "
         "pixels whose posterior exceeds one half",
+        origin=printed("section 5.5: the contour R after the snake"),
     )
 
 
@@ -167,6 +242,65 @@ class Segmenter(SharingTracker):
     """Base class: chain of plane, colour and contour cues, followed by a snake."""
 
     randomness = Randomness.GENERATOR
+    choices = {
+        "operator between the mean posteriors inside and outside a region": (
+            "difference",
+            "the printed operator cannot be read; a ratio has no bound if the mean outside is 0",
+        ),
+        "fixed point of the affine deformation": (
+            "mean of the contour's points",
+            "section 4.3 prints image coordinates; a change of size would then displace a target "
+            "far from the image corner",
+        ),
+        "minimum number of pixels inside a contour": (
+            MIN_AREA,
+            "the mean of few pixels is noise",
+        ),
+        "image width to which distances refer [pixels]": (
+            REFERENCE_WIDTH,
+            "distances then scale with the image",
+        ),
+        "numbers of colours of the first plane and mixtures, target and background": (
+            (TARGET_POINTS, BACKGROUND_POINTS),
+            "not printed; the background has more colours",
+        ),
+        "nearest neighbours of the discriminant analysis": (
+            NEIGHBOURS,
+            "the paper's [3] leaves the number open",
+        ),
+        "expectation maximisation of the first frame": (
+            f"{FIT_STEPS} steps from centres of k-means++",
+            "not printed; the centres are random, but far apart",
+        ),
+        "variance added to each Gaussian": (
+            REGULARISATION,
+            "a Gaussian of equal colours would be singular; about 4 grey levels",
+        ),
+        "α and β of the snake, for points at the spacing of the ellipses": (
+            (ELASTICITY, RIGIDITY),
+            "the paper's [7] leaves the weights open; chosen on the ellipses",
+        ),
+        "spacing of the points to which α and β refer [pixels]": (
+            SPACING,
+            "α and β multiply derivatives along the contour, as defined by the paper's [7]",
+        ),
+        "γ and κ of the snake, and its number of steps": (
+            (STEP, ATTRACTION, ITERATIONS),
+            "the paper's [7] leaves them open; a step is at most one pixel",
+        ),
+        "area of an accepted snake, relative to the mean contour": (
+            (MIN_AREA_RATIO, MAX_AREA_RATIO),
+            "a snake that collapses or crosses itself is no contour",
+        ),
+        "posterior whose edges attract the snake": (
+            "that of the mixtures whose contours have the largest weight",
+            "section 5.5 names the best colour hypothesis",
+        ),
+        "resampling": (
+            "systematic",
+            "section 2 names resampling with replacement, without a scheme",
+        ),
+    }
 
     @abstractmethod
     def chain_from(self, start: ChainStart) -> Chain[Observation]:

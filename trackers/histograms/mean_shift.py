@@ -4,17 +4,19 @@ from math import ceil, floor, inf
 from typing import Literal, NamedTuple
 
 import numpy as np
-from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Image
 from trackmark.trackers.base.parameters import (
     Parameters,
     TrackerError,
+    bounded,
     choice,
+    chosen,
     fraction,
     integer,
     positive,
+    printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
@@ -32,26 +34,72 @@ SEARCH_REACH = 1.7  # half size of the first search window [half axes]; mostly s
 
 
 class MeanShiftParameters(Parameters):
-    """Parameters of mean shift trackers."""
+    """Parameters of mean shift trackers; the defaults are the values of the preset `as-written`."""
 
-    colour: ColourSpace = choice("rgb", "colour space of the histograms")
-    bins: int = integer(8, "number of bins per channel; V of hsv has half as many [count]", 2, 32)
+    colour: ColourSpace = choice(
+        "rgb", "colour space of the histograms", origin=printed("PAMI 2003, section 5: RGB")
+    )
+    bins: int = integer(
+        8,
+        "number of bins per channel; V of hsv has half as many [count]",
+        2,
+        32,
+        origin=chosen(
+            "as in the particle filter of Nummiaro et al. 2003, whose baseline this is; the "
+            "papers print 16"
+        ),
+    )
     scale: Literal["adaptive", "fixed"] = choice(
         "adaptive",
         "adaptive: size of the most similar of a smaller, an equal and a larger ellipse; fixed: "
         "size of the init box",
+        origin=printed("PAMI 2003, section 4.3"),
     )
-    scale_step: float = Field(
-        0.1, gt=0.0, lt=1.0, description="relative difference of these sizes [fraction]"
+    scale_step: float = bounded(
+        0.1,
+        "relative difference of these sizes [fraction]",
+        gt=0.0,
+        lt=1.0,
+        origin=printed("PAMI 2003, section 4.3: Δh = 0.1 h"),
     )
     scale_smoothing: float = fraction(
-        0.1, "γ: weight of the located size in the next size [fraction]"
+        0.1,
+        "γ: weight of the located size in the next size [fraction]",
+        origin=printed("PAMI 2003, section 4.3: γ = 0.1"),
     )
     stop_distance: float = positive(
-        0.1, "ε: mean shift stops after a step shorter than this [pixels]"
+        1.0,
+        "ε: mean shift stops after a step shorter than this [pixels]",
+        origin=printed("PAMI 2003, section 4.2: y0 and y1 in the same pixel"),
     )
-    max_iterations: int = integer(20, "maximum number of mean shift steps of an ellipse [count]")
-    step_halving: bool = choice(True, "whether steps that lower the coefficient are halved")
+    max_iterations: int = integer(
+        20,
+        "maximum number of mean shift steps of an ellipse [count]",
+        origin=printed("PAMI 2003, section 4.2: typically 20"),
+    )
+    step_halving: bool = choice(
+        True,
+        "whether steps that lower the coefficient are halved",
+        origin=printed("CVPR 2000, step 5 of the algorithm"),
+    )
+
+
+CHOICES = {
+    "minimum side [pixels]": (MIN_SIDE, "a smaller ellipse may contain no pixel centre"),
+    "precision of kernel weights": (
+        "1/65536",
+        "sums of whole numbers do not depend on the order of pixels",
+    ),
+    "size if coefficients are equal": (
+        "the current one",
+        "a target of one colour fits ellipses of several sizes",
+    ),
+    "ellipse without a pixel in a colour of the model": (
+        "not moved, not visible",
+        "the weights of mean shift are all 0",
+    ),
+}
+"""Constants of mean shift trackers that are no parameters, with reasons."""
 
 
 class Location(NamedTuple):

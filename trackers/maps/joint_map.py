@@ -5,7 +5,8 @@ image fit 64 bits (40 at 160 x 120, 34 at 640 x 480). Sums are exact, so boxes d
 order of summation nor on the size of the summed region.
 """
 
-from typing import Annotated, Literal, NamedTuple, TypeAlias
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from numba import njit
@@ -15,12 +16,16 @@ from pydantic import AfterValidator, Field
 from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.parameters import (
+    OPTION,
     Parameters,
     TrackerError,
+    bounded,
     choice,
+    chosen,
     fraction,
     integer,
     nonnegative,
+    printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.differences import (
@@ -267,40 +272,78 @@ def _odd(value: int) -> int:
 
 
 class ColourMotionParameters(Parameters):
-    """Parameters of `ColourMotionModel`."""
+    """Parameters of `ColourMotionModel`; the defaults are the values of Wang & Tang 2010."""
 
     alpha: float = fraction(
-        0.7, "α: weight of the hue; the weight of the saturation is 1 - α [ratio]"
+        0.7,
+        "α: weight of the hue; the weight of the saturation is 1 - α [ratio]",
+        origin=printed("section 2.1.1: α = 0.7"),
     )
     beta: float = fraction(
-        0.8, "β: weight of the motion; the weight of the colour is 1 - β [ratio]"
+        0.8,
+        "β: weight of the motion; the weight of the colour is 1 - β [ratio]",
+        origin=printed("section 2.1.3: β = 0.8"),
     )
-    hue_bins: int = integer(32, "number of bins of the hue histogram [count]", maximum=256)
+    hue_bins: int = integer(
+        32,
+        "number of bins of the hue histogram [count]",
+        maximum=256,
+        origin=chosen("not printed; a bin then has 11 degrees of hue"),
+    )
     saturation_bins: int = integer(
-        32, "number of bins of the saturation histogram [count]", maximum=256
+        32,
+        "number of bins of the saturation histogram [count]",
+        maximum=256,
+        origin=chosen("not printed; equal to that of the hue"),
     )
-    difference_window: Annotated[int, AfterValidator(_odd)] = Field(
+    difference_window: Annotated[int, AfterValidator(_odd)] = bounded(
         5,
+        "n: side of the square over which differences are summed, odd [pixels]",
         ge=1,
         le=MAX_WINDOW,
-        description="n: side of the square over which differences are summed, odd [pixels]",
+        origin=chosen("section 2.1.2: a local range around the pixel, without its size"),
     )
     differences: Literal["two", "one"] = choice(
-        "two", "number of consecutive frame differences that are averaged"
+        "two",
+        "number of consecutive frame differences that are averaged",
+        origin=printed("section 2.1.2, step 3: D = (D¹ + D²) / 2"),
     )
     motion_threshold: Annotated[float, Field(ge=0.0)] | Literal["adaptive"] = choice(
         "adaptive",
         "a pixel moves if the mean difference in the window around it exceeds this; adaptive: "
         "mean of the image plus λ standard deviations [grey levels]",
+        origin=printed("section 2.1.2, step 4: T = m + λσ"),
     )
     threshold_factor: float = nonnegative(
-        2.0, "λ: number of standard deviations in the adaptive threshold [ratio]"
+        2.0,
+        "λ: number of standard deviations in the adaptive threshold [ratio]",
+        origin=printed("section 2.1.2, step 4: λ = 2"),
     )
     minimum_saturation: float = fraction(
-        0.0, "pixels with a lower saturation get weight 0 [fraction]"
+        0.0, "pixels with a lower saturation get weight 0 [fraction]", origin=OPTION
     )
-    minimum_value: float = fraction(0.0, "pixels with a lower value (HSV) get weight 0 [fraction]")
-    maximum_value: float = fraction(1.0, "pixels with a higher value (HSV) get weight 0 [fraction]")
+    minimum_value: float = fraction(
+        0.0, "pixels with a lower value (HSV) get weight 0 [fraction]", origin=OPTION
+    )
+    maximum_value: float = fraction(
+        1.0, "pixels with a higher value (HSV) get weight 0 [fraction]", origin=OPTION
+    )
+
+
+CHOICES: Mapping[str, tuple[Any, str]] = {
+    "weight of the largest bin of a histogram": (
+        1.0,
+        "section 2.1.2: maps are in [0, 1], without a rule; the rule of Bradski's CamShift",
+    ),
+    "differences of the second frame": ("D¹ alone", "D² needs three frames"),
+    "grey value": ("R + G + B", "section 2.1.2 does not say which image is differenced"),
+    "pixels outside the image": (0.0, "not stated; they have no colour"),
+    "size of the window": (
+        "that of the init box",
+        "section 2.2 lists no size step, and eq. 8 has one radius",
+    ),
+}
+"""Choices of all trackers that use `ColourMotionModel`."""
 
 
 class ColourMotionModel:

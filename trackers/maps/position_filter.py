@@ -10,7 +10,7 @@ from pydantic import Field
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask, Randomness
-from trackmark.trackers.base.parameters import choice, integer, positive
+from trackmark.trackers.base.parameters import choice, chosen, integer, positive, printed
 from trackmark.trackers.base.particles import (
     SCHEMES,
     effective_sample_size,
@@ -19,27 +19,49 @@ from trackmark.trackers.base.particles import (
 )
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.maps.back_projection import window_size
-from trackmark.trackers.maps.joint_map import ColourMotionModel, ColourMotionParameters
+from trackmark.trackers.maps.joint_map import CHOICES, ColourMotionModel, ColourMotionParameters
+
+RECOMMENDED = {"sigma": 0.158}
+"""Value of the preset `recommended`: exp(-20 D²) of Pérez et al. (ECCV 2002)."""
 
 
 class PositionFilterParameters(ColourMotionParameters):
     """Parameters of `PositionFilter`."""
 
-    particles: int = integer(60, "number of particles N [count]", maximum=100_000)
+    particles: int = integer(
+        60, "number of particles N [count]", maximum=100_000, origin=printed("Table 1: N = 60")
+    )
     radius: Annotated[float, Field(ge=0.0)] | Literal["rule"] = choice(
-        "rule", "r: maximum random displacement of a particle per axis; rule: √N / 2 [pixels]"
+        "rule",
+        "r: maximum random displacement of a particle per axis; rule: √N / 2 [pixels]",
+        origin=printed("eq. 8: r = √N / 2"),
     )
     sigma: float = positive(
-        0.158, "σ of the likelihood, by which D is divided; 1 as printed [ratio]"
+        1.0,
+        "σ of the likelihood, by which D is divided [ratio]",
+        origin=printed("eq. 10: exp(-D² / 2), without a scale"),
     )
-    resampling: Literal["systematic", "multinomial"] = choice("systematic", "resampling scheme")
+    resampling: Literal["systematic", "multinomial"] = choice(
+        "systematic",
+        "resampling scheme",
+        origin=chosen(
+            "section 2.3, step 5 names resampling, without a scheme; this one has the least "
+            "variance"
+        ),
+    )
     velocity: Literal["particle", "mean"] = choice(
-        "particle", "last step by which a particle moves: its own, or the mean of all particles"
+        "particle",
+        "last step by which a particle moves: its own, or the mean of all particles",
+        origin=printed("eq. 8: s_(k-1) - s_(k-2) of each particle"),
     )
     estimate: Literal["mean", "resampled", "best"] = choice(
         "mean",
         "mean: weighted mean of the particles; resampled: mean of the resampled particles; best: "
         "the particle of the largest weight",
+        origin=chosen(
+            "eq. 12 is a weighted sum; after resampling, as section 2.3 orders, all weights are "
+            "equal"
+        ),
     )
 
 
@@ -53,6 +75,19 @@ class PositionFilter(SharingTracker):
     name: ClassVar[str]
 
     randomness = Randomness.GENERATOR
+    presets = {"as-written": {}, "recommended": RECOMMENDED}
+    choices = {
+        **CHOICES,
+        "steps s_(k-1) - s_(k-2) after resampling": (
+            "copied with the particle",
+            "eq. 8 needs both positions of one particle",
+        ),
+        "first positions": (
+            "the init box, displaced by r u",
+            "section 2.3, step 1: near the initial state, without a distribution",
+        ),
+        "limits of predicted positions": ("pixel centres of the image", "not stated"),
+    }
 
     def drift_rule(self) -> tuple[float, int]:
         """Return stop distance [pixels] and maximum iterations (0: none) of mean shift."""

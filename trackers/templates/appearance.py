@@ -23,10 +23,8 @@ class NoiseModel(NamedTuple):
 
     limit: float  # squared Mahalanobis distance from which a pixel is an outlier
     floor: float  # minimum eigenvalue of covariances of residuals
-    factor: float  # correction factor of covariances of inliers
     first_spread: float  # first residuals' deviation / the template's own deviation
     trimmed: bool  # True: first covariance of inliers only; False: of all pixels
-    grid_step: float  # search step that the first covariance accounts for; 0: none [pixels]
     average: int  # K: number of frames over which the covariance is averaged
     correlated: bool  # False: components of a pixel count as uncorrelated
     adaptive: bool  # True: state noise follows the residuals (equation 14); False: it is 0
@@ -105,11 +103,6 @@ class TemplateFilter:
                 features, covariance, excludes_outliers=self._noise.excludes_outliers and trimmed
             )
             covariance = comparison.covariance
-        if self._noise.grid_step > 0:
-            down, across = np.gradient(self.template, axis=(0, 1))
-            slopes = np.concatenate([down, across]).reshape(-1, features.shape[2])
-            spread = slopes.T @ slopes / self._outlying.size
-            covariance = self._constrain(covariance + self._noise.grid_step**2 / 6 * spread)
         self._history.append(covariance)
         self.residual, self.measurement = covariance, covariance / 2
         self._estimate, self.state = covariance / 2, np.zeros_like(covariance)
@@ -155,8 +148,7 @@ class TemplateFilter:
             outliers,
         )
         share = float(np.count_nonzero(outliers) / outliers.size)
-        factor = self._noise.factor if excludes_outliers else 1.0
-        mean = products / inliers * factor if inliers else covariance
+        mean = products / inliers if inliers else covariance
         return TemplateComparison(features, outliers, share, self._constrain(mean))
 
     def _constrain(self, covariance: Array) -> Array:

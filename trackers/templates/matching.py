@@ -1,14 +1,14 @@
 """Search for a template's pose: translation and scale, from coarse to fine (equations 1 to 4)."""
 
+from functools import cache
 from math import ceil, floor
-from typing import Literal, NamedTuple, TypeAlias, get_args
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
+from numpy.typing import NDArray
 
 from trackmark.trackers.base.arrays import Array
-
-Ties: TypeAlias = Literal["ascending", "unchanged"]
 
 MIN_SCALE, MAX_SCALE = 0.5, 2.0
 FINEST = 6  # distance by which the finer levels can exceed the search range [pixels]
@@ -24,7 +24,7 @@ class Pose(NamedTuple):
 
 
 class Match(NamedTuple):
-    """Best pose, and its cost over every second pixel of every second row (equation 4)."""
+    """Best pose, and its cost over all pixels of the template (equation 4)."""
 
     pose: Pose
     cost: float
@@ -68,7 +68,6 @@ def find_pose(
     search_range: int,
     cutoff: float,
     subpixel: bool,
-    ties: Ties = "ascending",
 ) -> Match:
     """Return the pose of minimum robust cost (equations 3 and 4).
 
@@ -82,9 +81,8 @@ def find_pose(
     `around`: centre of the search, rounded to whole pixels.
     `search_range`: maximum translation of the first level, even [pixels]; 0 for none. `cutoff`: c
     of Huber's function; infinite for quadratic costs. `subpixel`: refine to fractions of a pixel,
-    with bilinear interpolation. `ties` {"ascending", "unchanged"}: order of poses; the first of
-    equal cost is selected.
-      `ascending`: by scale, y and x. `unchanged`: poses with unchanged scale first.
+    with bilinear interpolation. Of equal costs, that of the smallest scale, y and x (in this order)
+    is selected.
     """
     start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
@@ -93,36 +91,42 @@ def find_pose(
         tuple(range(len(covariance))),
         whitening(covariance),
         start,
-        search_range,
+        offset_grid(search_range, TRANSLATION_STEPS[0], 0.0),
         cutoff,
         subpixel,
-        FINE[ties],
+        FINE,
     )
     return Match(Pose(pose[0], pose[1], pose[2]), cost)
 
 
-def offset_grid(
-    half_range: float, step: float, scale_step: float, ties: Ties = "ascending"
-) -> Array:
-    """Return offsets x, y and scale factors, (n, 3), in the order of the search."""
+@cache
+def offset_grid(half_range: float, step: float, scale_step: float) -> Array:
+    """Return offsets x, y, scale factors and ranks, (n, 4), of poses in order of their distance.
+
+    The rank counts poses in ascending order of scale, y and x. It decides between equal costs.
+    """
     steps = np.arange(-half_range, half_range + step / 2, step)
     factors = [1 - scale_step, 1.0, 1 + scale_step] if scale_step else [1.0]
-    if ties == "unchanged":
-        factors.sort(key=lambda factor: factor != 1.0)
     scales, rows, columns = np.meshgrid(np.array(factors), steps, steps, indexing="ij")
-    return np.stack([columns.ravel(), rows.ravel(), scales.ravel()], axis=1)
+    ranks = np.arange(float(scales.size))
+    offsets = np.stack([columns.ravel(), rows.ravel(), scales.ravel(), ranks], axis=1)
+    distances = np.hypot(offsets[:, 0], offsets[:, 1])
+    return offsets[np.lexsort((ranks, np.abs(offsets[:, 2] - 1), distances))]
 
 
-NEAR = offset_grid(2, 2.0, 0.0)
-FINE: dict[Ties, tuple[Array, Array, Array, Array]] = {
-    ties: (
-        offset_grid(1, 1.0, 0.02, ties),
-        offset_grid(1, 1.0, 0.01, ties),
-        offset_grid(0.5, 0.5, 0.01, ties),
-        offset_grid(0.25, 0.25, 0.005, ties),
-    )
-    for ties in get_args(Ties)
-}
+TRANSLATION_STEPS, SUBPIXEL_STEPS = (4, 2, 1, 1), (0.5, 0.25)
+"""Steps of the translation on the levels in whole pixels and in fractions [pixels]."""
+SCALE_STEPS = 0.02, 0.01, 0.01, 0.005
+"""Relative differences of scales on the last four levels."""
+N_REFINED = 3  # number of poses of the first level that the second level refines
+
+NEAR = offset_grid(TRANSLATION_STEPS[1], TRANSLATION_STEPS[1], 0.0)
+FINE = (
+    offset_grid(TRANSLATION_STEPS[2], TRANSLATION_STEPS[2], SCALE_STEPS[0]),
+    offset_grid(TRANSLATION_STEPS[3], TRANSLATION_STEPS[3], SCALE_STEPS[1]),
+    offset_grid(SUBPIXEL_STEPS[0], SUBPIXEL_STEPS[0], SCALE_STEPS[2]),
+    offset_grid(SUBPIXEL_STEPS[1], SUBPIXEL_STEPS[1], SCALE_STEPS[3]),
+)
 
 
 @njit(cache=True)
@@ -132,7 +136,7 @@ def _search(
     components: tuple[int, ...],
     white: Array,
     start: tuple[float, float, float],
-    search_range: int,
+    coarse: Array,
     cutoff: float,
     subpixel: bool,
     fine: tuple[Array, Array, Array, Array],
@@ -142,18 +146,14 @@ def _search(
         features, unwhitened.left, unwhitened.top, unwhitened.n_rows, unwhitened.n_columns
     )
     sought = _whiten(template, components, white)
-    n = 2 * search_range // 4 + 1
-    coarse = np.ones((n * n, 3))
-    for i in range(n * n):
-        coarse[i, 0], coarse[i, 1] = 4 * (i % n) - search_range, 4 * (i // n) - search_range
     around = np.array([[start[0], start[1], start[2]]])
-    best, _ = best_poses(window, sought, components, around, coarse, 4, 2, False, cutoff, 3)
-    best, _ = best_poses(window, sought, components, best, NEAR, 4, 2, False, cutoff, 1)
-    best, _ = best_poses(window, sought, components, best, fine[0], 2, 1, False, cutoff, 1)
-    best, costs = best_poses(window, sought, components, best, fine[1], 2, 1, False, cutoff, 1)
+    best, _ = best_poses(window, sought, components, around, coarse, False, cutoff, N_REFINED)
+    best, _ = best_poses(window, sought, components, best, NEAR, False, cutoff, 1)
+    best, _ = best_poses(window, sought, components, best, fine[0], False, cutoff, 1)
+    best, costs = best_poses(window, sought, components, best, fine[1], False, cutoff, 1)
     if subpixel:
-        best, _ = best_poses(window, sought, components, best, fine[2], 2, 1, True, cutoff, 1)
-        best, costs = best_poses(window, sought, components, best, fine[3], 2, 1, True, cutoff, 1)
+        best, _ = best_poses(window, sought, components, best, fine[2], True, cutoff, 1)
+        best, costs = best_poses(window, sought, components, best, fine[3], True, cutoff, 1)
     return best[0], costs[0]
 
 
@@ -241,43 +241,42 @@ def best_poses(
     components: tuple[int, ...],
     around: Array,
     offsets: Array,
-    stride: int,
-    first: int,
     bilinear: bool,
     cutoff: float,
     n_poses: int,
 ) -> tuple[Array, Array]:
-    """Return the `n_poses` best poses at `offsets` (m, 3) from `around` (n, 3), and their costs.
+    """Return the `n_poses` best poses at `offsets` (m, 4) from `around` (n, 3), and their costs.
 
-    Terms of the cost are not negative, so a sum stops once it reaches the worst of the best costs
-    so far. The tuple `components` has a length known to the compiler, which unrolls the loops over
+    Terms of the cost are not negative, so a sum stops once it exceeds the worst of the best costs
+    so far. Near poses come first, because they are often good and then stop the other sums early.
+    Of equal costs, that of the first pose in `around`, and then of the smallest rank, is better.
+    The tuple `components` has a length known to the compiler, which unrolls the loops over
     features.
     """
     height, width, _ = template.shape
     n_poses = min(n_poses, len(around) * len(offsets))
-    looked_at = template[first::stride, first::stride].copy()
     poses = np.empty((n_poses, 3))
-    costs = np.full(n_poses, np.inf)
+    costs, ranks = np.full(n_poses, np.inf), np.full(n_poses, np.inf)
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
             scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
-            across = _axis_positions(x, scale, width, window.n_columns)[first::stride]
-            along = _axis_positions(y, scale, height, window.n_rows)[first::stride]
+            across = _axis_positions(x, scale, width, window.n_columns)
+            along = _axis_positions(y, scale, height, window.n_rows)
             worst = costs[n_poses - 1]
             if bilinear:
-                cost = _bilinear_cost(window, looked_at, components, across, along, cutoff, worst)
+                cost = _bilinear_cost(window, template, components, across, along, cutoff, worst)
             else:
-                cost = _nearest_cost(window, looked_at, components, across, along, cutoff, worst)
-            if cost >= worst:
+                cost = _nearest_cost(window, template, components, across, along, cutoff, worst)
+            rank = n * len(offsets) + offsets[m, 3]
+            if (cost, rank) >= (worst, ranks[n_poses - 1]):
                 continue
-            rank = n_poses - 1
-            while rank > 0 and cost < costs[rank - 1]:
-                costs[rank] = costs[rank - 1]
-                poses[rank] = poses[rank - 1]
-                rank -= 1
-            costs[rank] = cost
-            poses[rank, 0], poses[rank, 1], poses[rank, 2] = x, y, scale
+            i = n_poses - 1
+            while i > 0 and (cost, rank) < (costs[i - 1], ranks[i - 1]):
+                costs[i], ranks[i], poses[i] = costs[i - 1], ranks[i - 1], poses[i - 1]
+                i -= 1
+            costs[i], ranks[i] = cost, rank
+            poses[i, 0], poses[i, 1], poses[i, 2] = x, y, scale
     return poses, costs
 
 
@@ -291,20 +290,23 @@ def _nearest_cost(
     cutoff: float,
     worst: float,
 ) -> float:
-    """Return the cost with nearest pixels, or any number ≥ `worst` if the cost is ≥ `worst`."""
-    columns = np.empty(len(across), np.int64)
+    """Return the cost with nearest pixels, or any number > `worst` if the cost is > `worst`."""
+    columns = np.empty(len(across), np.uint32)  # unsigned: no check for negative indices
     for j in range(len(across)):
         columns[j] = int(across[j] + 0.5) - window.left
+    distances = np.empty(len(across))
     cost = 0.0
     for i in range(len(along)):
         row, expected = window.features[int(along[i] + 0.5) - window.top], template[i]
         for j in range(len(columns)):
+            column = columns[j]
             distance = 0.0
             for k in range(len(components)):
-                residual = row[columns[j], k] - expected[j, k]
+                residual = row[column, k] - expected[j, k]
                 distance += residual * residual
-            cost += _huber(distance, cutoff)
-        if cost >= worst:
+            distances[j] = distance
+        cost = _add_huber(cost, distances, cutoff)
+        if cost > worst:
             break
     return cost
 
@@ -320,37 +322,64 @@ def _bilinear_cost(
     worst: float,
 ) -> float:
     """Return the cost as `_nearest_cost` does, with bilinear interpolation."""
-    lefts, rights = np.empty(len(across), np.int64), np.empty(len(across), np.int64)
+    lefts, rights = np.empty(len(across), np.uint32), np.empty(len(across), np.uint32)
     shares = np.empty(len(across))
     for j in range(len(across)):
         left = int(across[j])
         shares[j] = across[j] - left
         lefts[j] = left - window.left
         rights[j] = min(left + 1, window.n_columns - 1) - window.left
+    above, below = np.empty_like(template[0]), np.empty_like(template[0])
+    above_row = below_row = -1  # rows that these buffers contain
+    distances = np.empty(len(across))
     cost = 0.0
     for i in range(len(along)):
         top = int(along[i])
         v = along[i] - top
-        above = window.features[top - window.top]
-        below = window.features[min(top + 1, window.n_rows - 1) - window.top]
+        upper_row, lower_row = top - window.top, min(top + 1, window.n_rows - 1) - window.top
+        if below_row == upper_row:  # the usual step by one row
+            above, below, above_row, below_row = below, above, below_row, above_row
+        if above_row != upper_row:
+            _interpolate_row(above, window.features[upper_row], components, lefts, rights, shares)
+            above_row = upper_row
+        if below_row != lower_row:
+            _interpolate_row(below, window.features[lower_row], components, lefts, rights, shares)
+            below_row = lower_row
         expected = template[i]
-        for j in range(len(lefts)):
-            u, left, right = shares[j], lefts[j], rights[j]
+        for j in range(len(distances)):
             distance = 0.0
             for k in range(len(components)):
-                upper = (1 - u) * above[left, k] + u * above[right, k]
-                lower = (1 - u) * below[left, k] + u * below[right, k]
-                residual = (1 - v) * upper + v * lower - expected[j, k]
+                residual = (1 - v) * above[j, k] + v * below[j, k] - expected[j, k]
                 distance += residual * residual
-            cost += _huber(distance, cutoff)
-        if cost >= worst:
+            distances[j] = distance
+        cost = _add_huber(cost, distances, cutoff)
+        if cost > worst:
             break
     return cost
 
 
 @njit(cache=True)
-def _huber(squared: float, cutoff: float) -> float:
-    """Return ρ of a squared distance (equation 3)."""
-    if squared < cutoff * cutoff:
-        return squared / 2
-    return float(cutoff * (np.sqrt(squared) - cutoff / 2))
+def _interpolate_row(
+    between: Array,
+    row: Array,
+    components: tuple[int, ...],
+    lefts: NDArray[np.uint32],
+    rights: NDArray[np.uint32],
+    shares: Array,
+) -> None:
+    """Fill `between` (width, d) with the features between two columns each."""
+    for j in range(len(shares)):
+        u, left, right = shares[j], lefts[j], rights[j]
+        for k in range(len(components)):
+            between[j, k] = (1 - u) * row[left, k] + u * row[right, k]
+
+
+@njit(cache=True)
+def _add_huber(cost: float, squared: Array, cutoff: float) -> float:
+    """Return a cost plus ρ of squared distances (equation 3), which are replaced by ρ."""
+    for j in range(len(squared)):  # without branches, so that the compiler can vectorise it
+        near, far = squared[j] / 2, cutoff * (np.sqrt(squared[j]) - cutoff / 2)
+        squared[j] = near if squared[j] < cutoff * cutoff else far
+    for j in range(len(squared)):
+        cost += squared[j]
+    return cost

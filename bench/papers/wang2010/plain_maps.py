@@ -64,8 +64,8 @@ def mean_shift(
 
     `joint`: map. `x`, `y`: initial centre [px]. `width`, `height`: size of the window [px].
     `stop_distance`: ε, the shortest step before another one [px]. `max_iterations`: n0 + 1. Returns
-    the final centre x and y, the number of computed centroids, and M00 of the final window. An empty
-    window does not move.
+    the final centre x and y, the number of computed centroids, and M00 of the final window. An
+    empty window does not move.
     """
     for iteration in range(1, max_iterations + 1):
         rows, columns = window_slices(joint.shape, x, y, width, height)

@@ -3,9 +3,10 @@
 The paper uses "a real video sequence of an octopus changing its appearance while camouflaging". Its
 "appearance [...]" is at times "quite similar to the background". All other properties are our
 choice: body and motion, zones of the floor, times of the changes, stones and algae, the moving
-light below the water, and sensor noise. The skin adopts the appearance of the floor only in part,
-so that colours still separate most of the body from the floor. The arms are short, webbed and move
-little, because the paper's contours change by affine maps from frame to frame.
+light below the water, and sensor noise. The camouflaged skin adopts most of the floor's appearance.
+Colours alone then separate the body only roughly, but a person can still find it. The arms are
+short, webbed and move little, because the paper's contours change by affine maps from frame to
+frame.
 
 The body consists of overlapping balls: mantle, head, eyes and eight arms with skin between them.
 Stones and algae are on the floor. The water focuses and scatters the light, and tints the image.
@@ -29,7 +30,7 @@ from trackmark.datasets.synthetic.render.texture import fractal, grass, lerp, pe
 from trackmark.datasets.synthetic.scene import SceneTruth, SeededScene, part_generator
 
 SIDE = 512  # width and height of textures [pixels]
-IMITATION = 0.5  # share of the floor's texture in the camouflaged skin
+IMITATION = 0.85  # share of the floor's texture in the camouflaged skin
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ def _spotted(random: Generator) -> Array:
 FLOOR_KINDS: Mapping[str, TextureKind] = {
     "sand": TextureKind((0.70, 0.63, 0.50), _sand),
     "stones": TextureKind((0.50, 0.46, 0.42), _stones),
-    "turf": TextureKind((0.32, 0.38, 0.19), _turf),
+    "turf": TextureKind((0.37, 0.44, 0.22), _turf),
     "reef": TextureKind((0.47, 0.29, 0.30), _reef),
 }
 

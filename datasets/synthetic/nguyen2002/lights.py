@@ -2,7 +2,8 @@
 
 The authors of the paper recorded a sequence with several complete occlusions. They changed the
 illumination abruptly by turning off one of the light sources. All other properties are our choice:
-the object, its motion, the occluders and their number, and that the lamp is turned on again.
+the number, power and position of the lamps, the object, its motion, the occluders and their number,
+and that the lamp is turned on again.
 
 The origin of each object is its centre. Occluders are taller than the image.
 """
@@ -525,22 +526,29 @@ class LightsSetting:
 
 
 AFAR = -90.0  # approximate depth of the static surfaces on which shadows fall [pixels]
-# Switched lamp: range of its fraction of the light, and of its horizontal distance from the centre
-# [pixels]. The light of the other lamp is so weak, and the shadows move so far, that colours of
-# earlier frames are uninformative.
-STRONG, ASIDE = (0.88, 0.92), (210, 270)
+# The two lamps are alike: each has about half of the power. The switched lamp's fraction of the
+# power, and ranges of column (distance from the centre), row and depth of both lamps [pixels].
+SHARE = 0.42, 0.58
+ASIDE, LEVEL, FRONT = (170.0, 240.0), (-80.0, 20.0), (225.0, 285.0)
 
 
 def sample_lamps(random: Generator) -> tuple[Lamp, Lamp]:
-    """Sample the switched lamp, which gives most of the light, and a lamp on the other side.
+    """Sample the switched lamp and a lamp of similar power on the other side.
 
     Both are nearly white: they differ by 6 % in blue and by 2.5 % in green.
     """
     side = float(random.choice([-1, 1]))
-    aside, across = random.uniform(*ASIDE), random.uniform(150, 210)
-    first = np.array([160 - side * aside, random.uniform(-90, -20), random.uniform(230, 290)])
-    second = np.array([160 + side * across, random.uniform(-60, 40), random.uniform(220, 280)])
-    share = random.uniform(*STRONG)
+    first, second = (
+        np.array(
+            [
+                SIZE[0] / 2 + direction * random.uniform(*ASIDE),
+                random.uniform(*LEVEL),
+                random.uniform(*FRONT),
+            ]
+        )
+        for direction in (-side, side)
+    )
+    share = random.uniform(*SHARE)
     tint = 1 + random.choice([-1, 1]) * np.array([0.06, 0.025, 0.0])
     return Lamp(first, np.full(3, share)), Lamp(second, (1 - share) * tint)
 

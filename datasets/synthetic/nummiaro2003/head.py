@@ -5,9 +5,9 @@ on different machines", with "large out-of-plane rotations of the head and unpre
 in front of a highly textured background". All other properties are our choice, including the static
 camera: the paper mentions only the person's motion.
 
-The paper describes the car in traffic as fast ("rapid movements of the target and the camera"), but
-not the worker, who is filmed for "training, on-line documentation and planning". The worker
-therefore moves at everyday speeds (see `render.figure.routine`).
+The paper gives no speed of the worker, who is filmed for "training, on-line documentation and
+planning purposes". Each scene draws the speed of the walks between machines from the range of
+recorded heads (see `render.figure.routine`).
 
 The background is a wall of machines, switchboards, shelves, tool boards and notices, with pipes and
 cables above them. Functions with the parameters `width` and `height` paint one such object on a

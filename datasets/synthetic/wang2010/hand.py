@@ -487,8 +487,8 @@ def sample_path(random: Generator, side: int) -> Array:
     """Sample positions relative to the position in frame `CENTRED`, shape (FRAMES, 2) [pixels].
 
     The hand moves to the right if `side` is 1, and to the left if it is -1. It is faster in the
-    middle of the path, so that it is beside the face in frame 38 of the paper, and centred on it in
-    frame 49. The path is slightly irregular.
+    middle of the path, so that it does not overlap the face until frame 38 of the paper, and is
+    centred on it in frame 49. The path is slightly irregular.
     """
     time = np.arange(FRAMES) - CENTRED
     slow, fast, long = random.uniform(0.88, 0.95), random.uniform(2.15, 2.4), random.uniform(20, 23)

@@ -1,4 +1,4 @@
-"""Settings sections of the papers: every difference, with its reason, and the defaults."""
+"""Settings of the papers: the chain from the text to the defaults, and its development data."""
 
 import re
 from pathlib import Path
@@ -6,76 +6,140 @@ from pathlib import Path
 import pytest
 
 from trackmark import trackers
-from trackmark.bench.experiments.tracker_spec import split_text
-from trackmark.bench.papers import SETTINGS, markdown_page, paper_names
-from trackmark.bench.papers.paper import read_paper
-from trackmark.bench.papers.sections import setting_section
-from trackmark.bench.papers.settings import (
-    NO_REASON,
-    clip_command,
-    default_sentences,
-    setting_table,
+from trackmark.bench.papers import SETTINGS, paper_names
+from trackmark.bench.papers.development import (
+    ALL,
+    FIRST_SCENE,
+    N_SCENES,
+    candidate_options,
+    read_development,
+    read_effects,
+    variants,
 )
+from trackmark.bench.papers.paper import read_paper, read_sensitivity
+from trackmark.bench.papers.sections import chain_section
+from trackmark.bench.papers.settings import chain_table, clip_command, differences, parameters
+from trackmark.bench.statistics.rules import CLAIM_MARGIN
 from trackmark.datasets.spec_string import format_value
+from trackmark.reports.renderers import to_markdown
 
 PAGES = Path(__file__).parents[3] / "docs" / "papers"
+MAX_SENSITIVITY_ROWS = 7
+
+TRACKERS = [(name, tracker) for name in paper_names() for tracker in read_paper(name).trackers]
 
 
-def values_of(spec):
-    """Return the parameters of a created tracker by name, as texts."""
-    name, options = split_text(spec)
-    options.pop("init", None)
-    parameters = trackers.create(name, **options).parameters
-    return {key: format_value(getattr(parameters, key)) for key in type(parameters).model_fields}
+def effects_on_all(paper):
+    """Return the rows of `development.csv` on all scenes, and on all recordings."""
+    effects = read_effects(paper)
+    return effects[effects["sequence"] == ALL]
 
 
-@pytest.mark.parametrize("name", paper_names())
-def test_table_has_exactly_the_values_that_differ(name):
-    paper, rows_by_tracker = read_paper(name), {}
-    for row in setting_table(paper).rows:
-        parameter, _, names, *values, reason = (cell.text for cell in row)
-        assert reason == paper.reasons.get(parameter, NO_REASON)
-        for tracker in names.split("; "):
-            rows_by_tracker.setdefault(tracker, set()).add((parameter, *values))
-    assert rows_by_tracker.keys() <= paper.trackers.keys()
-    for tracker in paper.trackers:
-        written, recommended = (values_of(paper.spec(tracker, s)).items() for s in SETTINGS)
-        table = rows_by_tracker.get(tracker, set())
-        assert {(key, value) for key, value, _ in table} == written - recommended
-        assert {(key, value) for key, _, value in table} == recommended - written
-
-
-@pytest.mark.parametrize("name", paper_names())
-def test_reasons_are_about_parameters_that_differ(name):
+@pytest.mark.parametrize(("name", "tracker"), TRACKERS)
+def test_chain_has_exactly_the_values_that_differ(name, tracker):
     paper = read_paper(name)
-    assert {*paper.reasons} <= {row[0].text for row in setting_table(paper).rows}
+    steps = paper.steps(paper.trackers[tracker].registered_name)
+    chain = {(step.parameter, step.as_written, step.recommended) for step in steps}
+    differing = differences(*(parameters(paper.spec(tracker, setting)) for setting in SETTINGS))
+    assert chain == {
+        (parameter, *map(format_value, values)) for parameter, values in differing.items()
+    }
+
+
+@pytest.mark.parametrize(("name", "tracker"), TRACKERS)
+def test_recommended_is_the_preset_of_created_trackers(name, tracker):
+    entry = read_paper(name).trackers[tracker]
+    default = trackers.create(entry.registered_name).parameters
+    recommended = parameters(entry.spec("recommended"))
+    assert {*differences(default, recommended)} <= {*entry.options}
 
 
 @pytest.mark.parametrize("name", paper_names())
-def test_sentences_name_the_trackers_without_their_defaults(name):
-    paper, text, differing = read_paper(name), " ".join(default_sentences(read_paper(name))), {}
-    for tracker in paper.trackers.values():
-        default = values_of(tracker.registered_name).items()
-        difference = default - values_of(tracker.spec("recommended")).items()
-        nearest = differing.setdefault(tracker.registered_name, difference)
-        differing[tracker.registered_name] = min(nearest, difference, key=len)
-    for registered_name, difference in differing.items():
-        assert (f"`{registered_name}`" in text) == bool(difference)
-        assert all(f"`{key}={value}` (here " in text for key, value in difference)
-
-
-def test_default_that_equals_as_written_is_named():
-    assert default_sentences(read_paper("multipart")) == [
-        "As `recommended`, `multipart` does not have the values of the default preset, which "
-        "equals `as-written`: `binning=both` (here perez), `uv_range=full` (here srgb-gamut)."
-    ]
+def test_chain_names_trackers_of_the_paper(name):
+    paper = read_paper(name)
+    registered = {tracker.registered_name for tracker in paper.trackers.values()}
+    assert {tracker for step in paper.chain for tracker in step.trackers} <= registered
 
 
 @pytest.mark.parametrize("name", paper_names())
-def test_page_has_the_settings_and_the_command_of_the_code(name):
+def test_development_data_contain_every_variant(name):
+    paper = read_paper(name)
+    development = read_development(paper)
+    effects = read_effects(name)
+    for runs in development.runs:
+        rows = effects[effects["tracker"] == runs.tracker.name]
+        expected = {variant.name for variant in variants(paper, development, runs.tracker)}
+        scenes = rows[rows["data"] == "scenes"]
+        assert expected == {*scenes["variant"]}
+        assert {*scenes["sequence"]} == {sequence.name for sequence in runs.sequences}
+    recordings = effects[(effects["data"] == "recordings") & (effects["sequence"] == ALL)]
+    assert {*recordings["n"]} == {7}
+
+
+@pytest.mark.parametrize("name", paper_names())
+def test_no_step_is_worse_on_development_data(name):
+    effects = effects_on_all(name)
+    steps = effects[effects["variant"].str.startswith("up to ")]
+    assert "worse" not in {*steps["decision"]}
+
+
+@pytest.mark.parametrize("name", paper_names())
+def test_best_of_equally_founded_values_is_the_default(name):
+    effects = effects_on_all(name)
+    for candidate in read_development(read_paper(name)).candidates:
+        rows = effects[effects["variant"] == candidate.name]
+        for _, of_tracker in rows.groupby("tracker") if candidate.reason else ():
+            scenes = of_tracker[of_tracker["data"] == "scenes"]
+            is_worse = "worse" in {*of_tracker["decision"]}
+            assert is_worse or scenes["difference"].item() <= 0, candidate.name
+
+
+def test_development_scenes_precede_those_of_claims():
+    assert FIRST_SCENE + N_SCENES <= 132
+
+
+@pytest.mark.parametrize("name", paper_names())
+def test_sensitivity_has_only_choices_that_matter(name):
+    paper = read_paper(name)
+    effects, development = effects_on_all(name), read_development(paper)
+    moving = effects[(effects["data"] == "scenes") & (effects["difference"].abs() > CLAIM_MARGIN)]
+    choices = {candidate.name for candidate in development.candidates if not candidate.reason}
+    rows = read_sensitivity(paper).rows
+    assert len(rows) <= MAX_SENSITIVITY_ROWS
+    assert {row.choice for row in rows} <= choices & {*moving["variant"]}
+    by_name = {candidate.name: candidate for candidate in development.candidates}
+    for row in rows:
+        assert row.changed_options == by_name[row.choice].changed_options
+
+
+@pytest.mark.parametrize("name", paper_names())
+def test_candidates_change_a_tracker(name):
+    paper = read_paper(name)
+    development = read_development(paper)
+    for candidate in development.candidates:
+        assert any(candidate_options(candidate, runs.tracker) for runs in development.runs)
+
+
+def test_chain_table_has_the_effect_of_each_step():
+    rows = [[cell.text for cell in row] for row in chain_table(read_paper("wang2010")).rows]
+    (written, step, *_) = (row for row in rows if row[0] == "particle-filter")
+    assert written[1:3] == ["as written", ""]
+    assert step[1:4] == ["sigma", "1", "0.158"]
+    effects = effects_on_all("wang2010").set_index(["data", "tracker", "variant"])["value"]
+    values = [effects["scenes", "particle-filter", name] for name in ("only sigma", "up to sigma")]
+    values.append(effects["recordings", "particle-filter", "up to sigma"])
+    assert step[5:] == [f"{value:.2f}" for value in values]
+
+
+@pytest.mark.parametrize("name", paper_names())
+def test_page_has_the_chain_and_the_command_of_the_code(name):
     page, paper = (PAGES / f"{name}.md").read_text("utf-8"), read_paper(name)
-    (section,) = re.findall(r"^## \d+ Settings\n\n(.*?)\n\n## ", page, re.DOTALL | re.MULTILINE)
-    assert section == "\n\n".join(markdown_page.blocks(setting_section(paper), PAGES))
+    (section,) = re.findall(
+        r"^## From the text to the default\n\n(.*?)\n\n## ", page, re.DOTALL | re.MULTILINE
+    )
+    expected = chain_section(paper)
+    tables = [to_markdown(table).rstrip("\n") for table in expected.tables]
+    assert section == "\n\n".join([*expected.paragraphs, *tables])
     assert f"\n    {clip_command(paper)}\n" in page
 
 

@@ -55,6 +55,15 @@ def test_noise_of_chroma_lowers_invariants_more_than_rgb():
     assert ratios[1] < 0.5 * ratios[0]
 
 
+def test_light_ratio_is_of_linear_light():
+    levels = [200, 200, 200 * 0.5 ** (1 / 2.2), 100, 200]
+    lamp_off = np.array([False, False, True, True, False])
+    images = [np.full((*SIZE, 3), level, np.uint8) for level in levels]
+    scene = painted(images, [BOX] * 5, attributes={"lamp off": lamp_off})
+    assert criteria.light_ratio(scene, switch="off") == pytest.approx(0.5, rel=0.02)
+    assert criteria.light_ratio(scene, switch="on") == pytest.approx(2**2.2, rel=1e-6)
+
+
 @pytest.mark.parametrize(("dark_target", "expected"), [(200, 1.0), (90, 0.0)])
 def test_light_change_is_judged_by_colours_of_before(dark_target, expected):
     bright, dark = (BOX, 200, 90), (BOX, dark_target, 290 - dark_target)

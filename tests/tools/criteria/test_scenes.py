@@ -9,6 +9,7 @@ from tests.datasets.synthetic.scenes import slow_if_unchanged
 from tools.scene_check import CLIPS, check_scene
 from trackmark.bench.papers import paper_names
 from trackmark.bench.papers.criteria import passing_scenes, read_criteria, read_values
+from trackmark.datasets.spec_string import parse_text
 
 EVERYDAY = (
     *("moreno2005/leaf", "multipart/8", "wang2010/hand"),
@@ -19,7 +20,7 @@ EVERYDAY = (
 
 def parametrized(paper, sequence):
     """Mark unchanged scenes as slow, except for `EVERYDAY`."""
-    scenes = "nguyen2002/clip-01" if sequence == CLIPS else sequence
+    scenes = "nguyen2002/clip-01" if sequence == CLIPS else parse_text(sequence)[0]
     marks = () if sequence in EVERYDAY else slow_if_unchanged(scenes)
     return pytest.param(paper, sequence, marks=marks, id=sequence)
 

@@ -38,12 +38,12 @@ class Pose(NamedTuple):
     scale: float
 
 
-def sample(features, pose, height, width, *, bilinear, pixels=slice(None)):
-    """Return features at φ(p; a) for the template's pixels, or for a slice of them per axis."""
+def sample(features, pose, height, width, *, bilinear):
+    """Return features at φ(p; a) for the template's pixels."""
     rows, columns = features.shape[:2]
     x = pose.x + pose.scale * (np.arange(width) - (width - 1) / 2)
     y = pose.y + pose.scale * (np.arange(height) - (height - 1) / 2)
-    x, y = np.clip(x[pixels], 0, columns - 1), np.clip(y[pixels], 0, rows - 1)
+    x, y = np.clip(x, 0, columns - 1), np.clip(y, 0, rows - 1)
     if not bilinear:
         return features[np.ix_(np.floor(y + 0.5).astype(int), np.floor(x + 0.5).astype(int))]
     left, top = np.floor(x).astype(int), np.floor(y).astype(int)
@@ -60,50 +60,41 @@ def huber(error, cutoff):
         return np.where(error < cutoff, error**2 / 2, cutoff * (error - cutoff / 2))
 
 
-def matching_cost(features, template, inverse, pose, cutoff, *, stride, bilinear):
-    """Return the sum of equation 4 over every `stride`th pixel of rows and columns."""
-    pixels = slice(stride // 2, None, stride)
-    seen = sample(features, pose, *template.shape[:2], bilinear=bilinear, pixels=pixels)
-    r = seen - template[pixels, pixels]
+def matching_cost(features, template, inverse, pose, cutoff, *, bilinear):
+    """Return the sum of equation 4."""
+    r = sample(features, pose, *template.shape[:2], bilinear=bilinear) - template
     squared = np.einsum("...k,km,...m->...", r, inverse, r)
     return float(huber(np.sqrt(np.maximum(squared, 0)), cutoff).sum())
 
 
-def match(features, template, covariance, around, search_range, cutoff, *, subpixel, ties):
+def match(features, template, covariance, around, search_range, cutoff, *, subpixel):
     """Return the pose of the least cost, and its cost."""
     inverse = np.linalg.inv(covariance)
 
-    def best(poses, number, *, stride, bilinear=False):
+    def best(poses, number, *, bilinear=False):
         rated = []
         for pose in poses:
             held = pose._replace(scale=min(max(pose.scale, 0.5), 2.0))
-            cost = matching_cost(
-                features, template, inverse, held, cutoff, stride=stride, bilinear=bilinear
-            )
+            cost = matching_cost(features, template, inverse, held, cutoff, bilinear=bilinear)
             rated.append((cost, held))
         return sorted(rated, key=lambda rating: rating[0])[:number]  # stable: the first of equals
 
     centre = Pose(floor(around.x + 0.5), floor(around.y + 0.5), around.scale)
-    actual = best(grid(centre, search_range, 4), 3, stride=4)
-    actual = best([pose for _, coarse in actual for pose in grid(coarse, 2, 2)], 1, stride=4)
+    actual = best(grid(centre, search_range, 4), 3)
+    actual = best([pose for _, coarse in actual for pose in grid(coarse, 2, 2)], 1)
     for spread in (0.02, 0.01):
-        actual = best(grid(actual[0][1], 1, 1, spread, ties), 1, stride=2)
+        actual = best(grid(actual[0][1], 1, 1, spread), 1)
     if subpixel:
         for step, spread in ((0.5, 0.01), (0.25, 0.005)):
-            actual = best(grid(actual[0][1], step, step, spread, ties), 1, stride=2, bilinear=True)
+            actual = best(grid(actual[0][1], step, step, spread), 1, bilinear=True)
     cost, pose = actual[0]
     return pose, cost
 
 
-def grid(centre, half_range, step, spread=0.0, ties="ascending"):
-    """Return poses around a centre in ascending order of scale, y and x.
-
-    With `unchanged` ties, the current scale precedes the others.
-    """
+def grid(centre, half_range, step, spread=0.0):
+    """Return poses around a centre in ascending order of scale, y and x."""
     shifts = [step * n - half_range for n in range(int(2 * half_range / step) + 1)]
     factors = [1 - spread, 1.0, 1 + spread] if spread else [1.0]
-    if ties == "unchanged" and spread:
-        factors = [1.0, 1 - spread, 1 + spread]
     return [
         Pose(centre.x + across, centre.y + down, centre.scale * factor)
         for factor in factors
@@ -146,18 +137,6 @@ class Settings:
     def cutoff(self):
         """Limit c above which Huber's function is linear."""
         return sqrt(self.limit) if self.norm == "huber" else inf
-
-    @property
-    def consistency_factor(self):
-        """Factor of a covariance of inliers."""
-        if not (self.consistency and self.gate):
-            return 1.0
-        return self.delta / chi2.cdf(self.limit, self.d + 2)
-
-    @property
-    def step(self):
-        """Finest step of the search [pixels]."""
-        return 0.25 if self.subpixel else 1.0
 
     @property
     def offsets(self):
@@ -211,7 +190,7 @@ class Appearance:
         if not updated.any():
             return covariance
         r = (features - self.g)[updated]
-        return self._shaped(r.T @ r / len(r) * self._settings.consistency_factor)
+        return self._shaped(r.T @ r / len(r))
 
     def begin(self, features):
         """Learn R(1) from the second view (equation 15)."""
@@ -222,10 +201,6 @@ class Appearance:
             r1 = self.r_bar
             for _ in range(6):
                 r1 = self.residual_covariance(features, r1)
-        if settings.misregistration:
-            down, across = np.gradient(self.g, axis=(0, 1))
-            both = np.einsum("ijk,ijm->km", down, down) + np.einsum("ijk,ijm->km", across, across)
-            r1 = self._shaped(r1 + settings.step**2 / 6 * both / self.n_o.size)
         self._set_noise(r1)
 
     def begin_as_known(self, before):
@@ -399,7 +374,6 @@ class Target:
             search_range,
             self._settings.cutoff,
             subpixel=self._settings.subpixel,
-            ties=self._settings.ties,
         )
 
 

@@ -25,6 +25,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     FRONT,
     MAX_CORNERS,
     NEAREST_DRAWN,
+    OVERCAST,
     REACH,
     REAR,
     SHADOW,
@@ -38,6 +39,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
     FacetPose,
     Facets,
     Lens,
+    Light,
     PerspectiveView,
     Pictures,
     Window,
@@ -678,6 +680,7 @@ class CarAt:
     x: float  # centre on the ground, to the right [metres]
     z: float  # centre on the ground, ahead [metres]
     heading: float  # [radians]
+    light: Light = OVERCAST
     # image displacement during the exposure, right and down [pixels]
     motion: tuple[float, float] = (0.0, 0.0)
     # fractions of `motion` at which the car is drawn; their number is a power of two
@@ -731,7 +734,7 @@ class CarAt:
         return left, right, top, bottom, nearest
 
     def _pose(self, facets: Facets, view: PerspectiveView) -> FacetPose:
-        return facet_pose(view, facets, (self.x, 0.0, self.z), self.heading)
+        return facet_pose(view, facets, (self.x, 0.0, self.z), self.heading, self.light)
 
     def _render(
         self, facets: Facets, view: PerspectiveView, size: tuple[int, ...], pictures: Pictures

@@ -12,7 +12,9 @@ from numpy.typing import ArrayLike
 from trackmark.datasets.interface import Array, Image, Mask
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import Car, CarAt
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    OVERCAST,
     Drawable,
+    Light,
     PerspectiveView,
     Window,
     sort_from_far,
@@ -158,10 +160,21 @@ class DrivingPlan:
         """Boxes of the whole target in every frame, shape (n, 4) [pixels]."""
         return np.stack([self.car(0, k).box(view) for k, view in enumerate(self.views)])
 
+    @cached_property
+    def viewing_angles(self) -> Array:
+        """Angles between the target's heading and the line of sight, shape (n,) [radians].
+
+        An angle of 0 shows the rear and one of ±π/2 shows a side. Angles are continuous over time.
+        """
+        path = self.cars[0][1]
+        places = np.array([view.place for view in self.views])
+        sight = np.unwrap(np.arctan2(path.x - places[:, 0], path.z - places[:, 2]))
+        return np.asarray(path.heading - sight)
+
     def car(self, number: int, frame: int) -> CarAt:
         """Return the car `cars[number]` at its position in a frame."""
         car, path = self.cars[number]
-        return car_at(car, path, frame)
+        return car_at(car, path, frame, self.layout.light)
 
     def moving(self, number: int, frame: int) -> CarAt:
         """Return the car `cars[number]` with its motion blur, for a static camera."""
@@ -216,10 +229,10 @@ class DrivingPlan:
         ]
 
 
-def car_at(car: Car, path: DrivingPath, frame: int) -> CarAt:
+def car_at(car: Car, path: DrivingPath, frame: int, light: Light = OVERCAST) -> CarAt:
     """Return a car at its position in a frame."""
     x, z, heading = (float(a[frame]) for a in (path.x, path.z, path.heading))
-    return CarAt(car, x, z, heading)
+    return CarAt(car, x, z, heading, light)
 
 
 def _squared_distance(view: PerspectiveView, car: CarAt) -> float:
@@ -245,9 +258,6 @@ def driving_truth(plan: DrivingPlan) -> SceneTruth:
     - `fast`: the image motion is among the largest fifth.
     """
     boxes, visibility = plan.boxes, plan.visibility
-    path = plan.cars[0][1]
-    places = np.array([view.place for view in plan.views])
-    sight = np.unwrap(np.arctan2(path.x - places[:, 0], path.z - places[:, 2]))
     steps = np.gradient(boxes[:, :2] + boxes[:, 2:] / 2, axis=0)
     speed = np.sqrt((steps * steps).sum(axis=1))
     return SceneTruth(
@@ -257,7 +267,7 @@ def driving_truth(plan: DrivingPlan) -> SceneTruth:
             "occlusion": occluded(visibility),
             "out_of_view": out_of_view(boxes),
             "scale_change": rescaled(boxes[:, 2]),
-            "turning": turning(path.heading - sight, TURNING),
+            "turning": turning(plan.viewing_angles, TURNING),
             "fast": np.greater(speed, np.quantile(speed, 1 - FASTEST)),
         },
     )

@@ -4,7 +4,13 @@ The paper describes "a driver assistance application, where the color-based part
 handle rapid movements of the target and the camera ... Different viewing angles of the tracked car
 make the experiment quite difficult", with "large scale changes and out-of-plane rotations" (section
 7, Fig. 8 and 9). All other properties are our choice. The target slows down and turns into a side
-road. The car with the camera approaches it, follows it into the side road, and falls back.
+road after 12 to 18 metres. The car with the camera approaches it, follows it, and falls back.
+
+The paper updates the target model "to overcome the resulting appearance changes" (section 5). In
+the even light of an overcast sky, the rear of a car has the same colours before and after a turn.
+The sky is therefore hazy, and brighter on the side of a low sun. At first the target shows its
+shaded rear, then a side, and after the turn its bright rear. Haze scatters the light, so there are
+no sharp shadows.
 """
 
 from functools import lru_cache
@@ -30,7 +36,7 @@ from trackmark.datasets.synthetic.nummiaro2003.driving.scene import (
     DrivingScene,
     Route,
 )
-from trackmark.datasets.synthetic.nummiaro2003.driving.view import PerspectiveView
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import OVERCAST, Light, PerspectiveView
 from trackmark.datasets.synthetic.parameters import SceneParameters
 from trackmark.datasets.synthetic.render.path import random_positions, smooth_step
 from trackmark.datasets.synthetic.render.views import QUICK, SLOW, random_wander
@@ -42,6 +48,12 @@ LANE = 1.75  # distance of the middle of a lane from the middle of the road [met
 EDGE = 4.4  # half width of a road [metres]
 PAVED = 7.2  # outer edge of the pavement, from the road's middle [metres]
 ROOM = 0.24  # maximum angle of the target from the optical axis [radians]
+# distance that the target drives before it turns, so that most frames show changed colours [metres]
+STRAIGHT = 12.0, 18.0
+SUN = 0.55  # difference between the light on an upright facet that faces the sun and the mean light
+# minimum and maximum angle between the sun and the first direction of travel, on the side away from
+# the turn [degrees]: the sun is outside the image, and the rear faces it after the turn
+AZIMUTH = 35.0, 60.0
 # Angle of the target from the optical axis, relative to its angle from the axis of the car with
 # the camera, for small angles: the camera turns towards the target by the remaining angle.
 FREE = 0.2
@@ -63,17 +75,27 @@ def traffic_plan(seed: int) -> DrivingPlan:
     other_paints = contrasting_paints(target.paint)
     path, follower, crossing = _sample_paths(generator("ways"))
     views = _views(generator("camera"), path, follower)
+    light = _sample_light(generator("sun"), path)
     layout = world.Layout(
         int(generator("place").integers(2**32)),
         _strips(crossing),
         _houses(generator("houses"), crossing),
         _plants(generator("plants"), crossing),
-        _parked(generator("parked cars"), other_paints, crossing),
+        _parked(generator("parked cars"), other_paints, crossing, light),
+        light,
     )
     cars = [(target, path)]
     for i, route in enumerate(_oncoming(generator("oncoming ways"), path, crossing)):
         cars.append((sample_car(generator(f"oncoming car {i}"), other_paints), route))
     return DrivingPlan(layout, views, cars)
+
+
+def _sample_light(random: Generator, target: DrivingPath) -> Light:
+    """Sample the light of a low sun in haze: the target's rear turns from shade into light."""
+    azimuth = np.radians(random.uniform(*AZIMUTH))
+    side = np.sign(target.heading[0] - target.heading[-1])
+    up, constant = OVERCAST[1], OVERCAST[3]
+    return float(SUN * side * np.sin(azimuth)), up, float(SUN * np.cos(azimuth)), constant
 
 
 def _sample_paths(random: Generator) -> tuple[DrivingPath, DrivingPath, float]:
@@ -83,9 +105,9 @@ def _sample_paths(random: Generator) -> tuple[DrivingPath, DrivingPath, float]:
     """
     gap, least = random.uniform(24.0, 26.5), random.uniform(16.0, 18.0)
     right = random.random() < 0.5
-    radius = random.uniform(7.5, 8.5) if right else random.uniform(10.5, 12.0)
+    radius = random.uniform(7.5, 8.5) if right else random.uniform(8.0, 9.0)
     turn = np.pi / 2 if right else -np.pi / 2
-    straight = gap + random.uniform(56.0, 64.0)
+    straight = gap + random.uniform(*STRAIGHT)
     route = Route(LANE, 0.0, 0.0, [Bend(straight, turn, radius), Bend(140.0)])
     top = random.uniform(10.0, 11.0)
     crossing = straight + radius + (LANE if right else -LANE)
@@ -204,7 +226,7 @@ def _houses(random: Generator, crossing: float) -> list[world.House]:
             z += wide + random.uniform(3, 9)
         for across in (-1, 1):
             x = random.uniform(26, 32)
-            while x < 120:
+            while x < 170:
                 wide, depth = random.uniform(10, 18), random.uniform(9, 13)
                 z = crossing + across * (random.uniform(12.5, 16.0) + depth / 2)
                 houses.append(world.sample_house(random, side * (x + wide / 2), z, wide, depth))
@@ -223,7 +245,7 @@ def _plants(random: Generator, crossing: float) -> list[world.StreetObject]:
                     world.StreetObject(kinds[random.integers(6)], x, z, random.uniform(0.8, 1.2))
                 )
         for across in (-1, 1):
-            for x in random_positions(random, PAVED + random.uniform(4, 10), 110, (9, 17)):
+            for x in random_positions(random, PAVED + random.uniform(4, 10), 160, (9, 17)):
                 z = crossing + across * (PAVED + random.uniform(1.2, 2.8))
                 plants.append(
                     world.StreetObject(
@@ -233,7 +255,9 @@ def _plants(random: Generator, crossing: float) -> list[world.StreetObject]:
     return plants
 
 
-def _parked(random: Generator, paints: tuple[BGR, ...], crossing: float) -> list[CarAt]:
+def _parked(
+    random: Generator, paints: tuple[BGR, ...], crossing: float, light: Light
+) -> list[CarAt]:
     """Sample cars along the kerbs of both roads; they stand with two wheels on the pavement."""
     cars = []
     kerb = EDGE + 0.15
@@ -242,11 +266,11 @@ def _parked(random: Generator, paints: tuple[BGR, ...], crossing: float) -> list
             car = sample_car(random, paints)
             heading = 0.0 if side > 0 else np.pi
             if abs(z - crossing) > 16 and random.random() < 0.45:
-                cars.append(CarAt(car, side * kerb, z, heading))
+                cars.append(CarAt(car, side * kerb, z, heading, light))
         for across in (-1, 1):
-            for x in random_positions(random, random.uniform(20, 30), 90, (8, 14)):
+            for x in random_positions(random, random.uniform(20, 30), 140, (8, 14)):
                 car = sample_car(random, paints)
                 heading = np.pi / 2 if across < 0 else -np.pi / 2
                 if random.random() < 0.4:
-                    cars.append(CarAt(car, side * x, crossing + across * kerb, heading))
+                    cars.append(CarAt(car, side * x, crossing + across * kerb, heading, light))
     return cars

@@ -400,8 +400,10 @@ def _direction(angle: float) -> tuple[float, float]:
 NEAREST_SOLID = 0.6  # solids with a corner nearer than this have no extents [metres]
 STAINS_SIDE = 512  # side of the texture of stains on the ground [pixels]
 STAINS_PERIOD = 16.0  # side of the ground area that this texture covers [metres]
-# light on a facet: factors of its normal (x, y, z), and a constant
-_SKY = np.array([-0.05, 0.23, -0.08, 0.8])
+Light = tuple[float, float, float, float]
+"""Light on a facet: factors of its unit normal (x, y, z), and a constant; 1 keeps a texture."""
+
+OVERCAST: Light = (-0.05, 0.23, -0.08, 0.8)
 _DENSITY = STAINS_SIDE / STAINS_PERIOD * np.array([[1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
 
 
@@ -410,10 +412,12 @@ def facet_pose(
     facets: Facets,
     place: tuple[float, float, float] = (0, 0, 0),
     heading: float = 0.0,
+    light: Light = OVERCAST,
 ) -> FacetPose:
     """Return the pose of a solid at the position `place` [metres] in a heading [radians]."""
     eye, axes = np.array(view.place), heading_axes(heading)
-    return _pose(view.turn, eye, axes, np.array(place, float), facets.normals, _SKY, _DENSITY)
+    sky, origin = np.array(light), np.array(place, float)
+    return _pose(view.turn, eye, axes, origin, facets.normals, sky, _DENSITY)
 
 
 @njit(cache=True)
@@ -424,7 +428,7 @@ def _pose(
 
     `view`, shape (3, 3), rotates the world's axes to the camera's axes. `axes`, shape (3, 3),
     rotates the solid's axes to the world's axes. `normals` are the facet normals in the solid's
-    axes. `sky` is described at `_SKY`. `density`, shape (2, 3), contains the factors that turn a
+    axes. `sky` is described at `Light`. `density`, shape (2, 3), contains the factors that turn a
     world position into column and row of the texture of stains.
     """
     turn, offset, shading = np.zeros((3, 3)), np.zeros(3), np.zeros((2, 4))

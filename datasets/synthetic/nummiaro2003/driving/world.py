@@ -12,12 +12,14 @@ from numpy.typing import NDArray
 from trackmark.datasets.interface import Array
 from trackmark.datasets.synthetic.nummiaro2003.driving.car import CarAt, lay_behind, lay_facets
 from trackmark.datasets.synthetic.nummiaro2003.driving.view import (
+    OVERCAST,
     STAINS_SIDE,
     Cutout,
     Drawable,
     Face,
     Facets,
     Lens,
+    Light,
     PerspectiveView,
     Pictures,
     Ring,
@@ -326,10 +328,11 @@ class Layout:
     houses: Sequence[House]
     plants: Sequence[StreetObject]
     parked: Sequence[CarAt]
+    light: Light = OVERCAST
 
 
 class World:
-    """Surroundings under an overcast sky; textures are painted on first use.
+    """Surroundings in the light of their layout; textures are painted on first use.
 
     `focal` is the camera's focal length [pixels]. `yaws` are its minimum and maximum viewing
     directions [radians].
@@ -353,7 +356,7 @@ class World:
             (self._houses.facets, self._houses.pictures, _UNSHADED, self._houses.order(view)),
             (self._ground, self._surfaces, self._stains, self._whole_ground),
         ):
-            pose = facet_pose(view, facets)
+            pose = facet_pose(view, facets, light=self._layout.light)
             lay_facets(canvas, occupied, shadow, facets, pictures, shade, lens, pose, order)
         behind = np.empty_like(canvas)
         lay_behind(canvas, occupied, behind[: self._panorama.draw(behind, view)])

@@ -1,16 +1,18 @@
 """Random routine of a worker: operations at several machines.
 
 Nummiaro et al. (2003) mention several operations on different machines, large out-of-plane
-rotations of the head and unpredictable locations. They give no speeds; we use everyday speeds.
+rotations of the head and unpredictable locations. They give no speeds. Each routine therefore draws
+its speed from the range of recorded heads (see PACE).
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 
 import numpy as np
 from numpy.random import Generator
 
 from trackmark.datasets.interface import Array
+from trackmark.datasets.synthetic.render.figure.body import TRUNK
 from trackmark.datasets.synthetic.render.path import smooth_step
 from trackmark.datasets.synthetic.render.views import random_wander
 
@@ -26,24 +28,30 @@ DEPTHS = 1.55, 2.25  # range of distances of the head from the camera at a machi
 # headings of the body: 0 is to the right, pi/2 towards the camera [radians]
 FRONT, AWAY, LEFT, RIGHT = np.pi / 2, -np.pi / 2, np.pi, 0.0
 
-UNLIKE = 60.0  # minimum distance between consecutive machines in the image [pixels]
+# Bounds of the distance between consecutive machines in the image [pixels]. A fast worker goes
+# farther, so that a walk takes at least BRIEF frames; a slow one stays nearer, for at most LONG.
+NEAREST, FARTHEST = 60.0, 200.0
+BRIEF, LONG = 10.0, 60.0
 
+# Range of the highest speed of a walk [mean sides of the head's box per frame]. Each routine draws
+# it log-uniformly. The bounds are the 95th percentiles of the speed of two recorded heads: a head
+# at a desk (sequence `samples/face`), and a head in sport (OTB, Football1).
+PACES = 0.03, 0.31
+PEAK = 1.5  # highest speed of a walk relative to its mean speed, for smooth steps
+HEAD_SIDE = 0.24  # mean side of a head's box [metres]
 
 WORK = 40, 75  # minimum and maximum time at a machine [frames]
 
 # time range at a machine if the worker stands with the back to the camera [frames]
 WORK_AT_WALL = 60, 75
 
-WAY = 30.0  # minimum duration of a walk between two machines [frames]
-SPEED = 0.35  # mean speed of a walk between machines, which takes one or two steps [metres/second]
-FARTHEST = 200.0  # maximum distance between consecutive machines in the image [pixels]
 TURN = 120.0  # maximum speed at which the head turns to the next machine [degrees/second]
 
 # minimum and maximum duration of a glance aside, and of the return of the head [frames]
 GLANCE = 14, 24
 
-# In every scene, the worker faces all four sides: operation 4 begins by frame 431, after three
-# operations of at most 75 frames and three walks of at most 0.96 m.
+
+STRAIGHTENED = 0.7  # fraction by which the lean is smaller half-way between two machines
 
 
 @dataclass(frozen=True)
@@ -83,9 +91,9 @@ def sample_routine(random: Generator) -> Routine:
     operations = _sample_operations(random)
     headings = _continuous_headings([operation.facing for operation in operations])
     heading, turn = _headings(random, operations, headings)
-    # Between machines the worker stands up straight.
     moving = _transition(operations)
-    lean = _interpolate_operations(operations, [o.lean for o in operations]) * (1 - 0.7 * moving)
+    lean = _interpolate_operations(operations, [o.lean for o in operations])
+    lean *= 1 - STRAIGHTENED * moving
     x, z = (
         _interpolate_operations(operations, [o.head[axis] for o in operations]) for axis in range(2)
     )
@@ -111,7 +119,11 @@ def sample_routine(random: Generator) -> Routine:
 
 
 def _sample_operations(random: Generator) -> list[_Operation]:
-    # The first four operations face all four sides; all of them start before the last frame.
+    pace = float(np.exp(random.uniform(*np.log(PACES)))) * HEAD_SIDE  # [metres/frame]
+    speed = pace / PEAK * FOCAL / np.mean(DEPTHS)  # mean speed of walks [pixels/frame]
+    nearest = max(NEAREST, BRIEF * speed)
+    farthest = max(min(FARTHEST, LONG * speed), 1.5 * nearest)
+    # The first four operations face all four sides; in a slow routine, the video may end earlier.
     other_facings = random.permutation([AWAY, LEFT, RIGHT])
     facings = [FRONT, *other_facings.tolist()]
     operations: list[_Operation] = []
@@ -123,24 +135,42 @@ def _sample_operations(random: Generator) -> list[_Operation]:
             facing = random.choice([f for f in (FRONT, AWAY, LEFT, RIGHT) if f != facing])
         z = random.uniform(*DEPTHS)
         head = (column - SIZE[0] / 2) * z / FOCAL, z
+        operation = _sample_operation(random, head, facing, first=not operations)
         if operations:
-            before = operations[-1].head
-            distance = np.hypot(head[0] - before[0], head[1] - before[1])
-            time += max(WAY, distance / SPEED * FRAMES_PER_SECOND)
+            time += max(BRIEF, _walked(operations[-1], operation) * PEAK / pace)
         end = time + random.uniform(*(WORK_AT_WALL if facing == AWAY else WORK))
-        operations.append(_sample_operation(random, time, end, head, facing))
+        operations.append(replace(operation, start=time, end=end))
         time, last = end, column
-        while not UNLIKE <= abs(column - last) <= FARTHEST:
+        while not nearest <= abs(column - last) <= farthest:
             column = random.uniform(*COLUMNS)
     return operations
 
 
+def _walked(before: _Operation, after: _Operation) -> float:
+    """Return the path of the head between two operations, parallel to the image [metres].
+
+    The head moves sideways, and up and down as the worker straightens and bends.
+    """
+    z = (before.head[1] + after.head[1]) / 2
+    across = z * (after.head[0] / after.head[1] - before.head[0] / before.head[1])
+    lean, crouch = (before.lean + after.lean) / 2, (before.crouch + after.crouch) / 2
+    half_way = crouch + _lowering((1 - STRAIGHTENED) * lean)
+    vertical = sum(abs(o.crouch + _lowering(o.lean) - half_way) for o in (before, after))
+    return float(np.hypot(across, vertical))
+
+
+def _lowering(lean: float) -> float:
+    """Return the distance by which a lean of the trunk lowers the head [metres]."""
+    return float(TRUNK * (1 - np.cos(lean)))
+
+
 def _sample_operation(
-    random: Generator, start: float, end: float, head: tuple[float, float], facing: float
+    random: Generator, head: tuple[float, float], facing: float, *, first: bool
 ) -> _Operation:
-    upright = not start or facing == AWAY
+    """Sample the pose of an operation; its start and end are not known yet."""
+    upright = first or facing == AWAY
     lean = np.radians(random.uniform(2, 20) if upright else random.uniform(2, 42))
-    squats = start > 0 and lean < np.radians(25) and random.random() < 0.3
+    squats = not first and lean < np.radians(25) and random.random() < 0.3
     deepest = 20 if facing == AWAY else 34
     up = random.random() < 0.2
     nod = np.radians(random.uniform(-20, -5) if up else random.uniform(4, deepest))
@@ -153,13 +183,13 @@ def _sample_operation(
     hangs = [np.array([side * 0.25, -0.62, 0.10]) for side in (1, -1)]
     busy = random.random(2) < 0.75
     return _Operation(
-        start,
-        end,
+        0.0,
+        0.0,
         head,
         facing + np.radians(random.uniform(-1, 1) * (10 if facing == AWAY else 20)),
         lean,
         random.uniform(0.1, 0.3) if squats else 0.0,
-        nod if start else abs(nod) / 2,
+        abs(nod) / 2 if first else nod,
         np.stack([work if b else hang for work, hang, b in zip(works, hangs, busy, strict=True)]),
     )
 

@@ -172,9 +172,14 @@ class Worker:
         blend_sprite(canvas, picture, places[0], places[1], 1 << 16)
 
     @property
+    def directions(self) -> Array:
+        """Unit vectors in the direction of the face, shape (n, 3)."""
+        return self._bones.axes[:, HEAD, :, 2]
+
+    @property
     def facing(self) -> Array:
         """Cosine between the head's direction and the direction to the camera, shape (n,)."""
-        forward = self._bones.axes[:, HEAD, :, 2]
+        forward = self.directions
         to_camera = np.array([0.0, self._camera[3], 0.0]) - self._bones.origins[:, HEAD]
         return np.asarray(
             (forward * to_camera).sum(axis=1) / np.sqrt((to_camera * to_camera).sum(axis=1))
