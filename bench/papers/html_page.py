@@ -155,7 +155,8 @@ def _panel(label: str, figures: Sequence[PaperFigure]) -> dict[str, Any]:
     """Return the figures of a panel: a film strip, or pictures."""
     (figure, *_) = figures
     caption = figure.caption
-    panel = {"label": label, "caption": f"{caption[:1].upper()}{caption[1:].rstrip('.')}."}
+    panel: dict[str, Any] = {"label": label, "n_columns": 0, "rows": [], "pictures": []}
+    panel["caption"] = f"{caption[:1].upper()}{caption[1:].rstrip('.')}."
     description = f"Ours: {without_markup(figure.description).rstrip('.')}."
     if figure.strip is None:
         pictures = [compress_picture(drawn.path.read_bytes()) for drawn in figures if drawn.path]
