@@ -121,7 +121,9 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
         unlinked = {"tone": "", "tip": "", "position": None}
         values = [{"text": text, **unlinked} for text in theirs.values]
         paper = {"values": values, "total": theirs.total}
-        rows.append({"labels": row.labels, "cells": [paper, *ours]})
+        cells = [paper, *ours]
+        digits = max(len(value["text"]) for cell in cells for value in cell["values"])
+        rows.append({"labels": row.labels, "cells": cells, "digits": digits})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     notes = [main_caption(report.context), *([colours] if verdicts else []), SETTINGS_SENTENCE]
     return card(
@@ -129,7 +131,6 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
         headings=main.headings,
         columns=["paper", *settings.values()],
         rows=rows,
-        digits=max(len(v["text"]) for row in rows for cell in row["cells"] for v in cell["values"]),
         notes=[without_markup(note) for note in notes],
     )
 
