@@ -45,7 +45,8 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
             runs += main_runs(row, setting, context)
     player = player_content(runs, context, progress)
     labels = _tracker_labels(context)
-    finding, *sums, labels = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
+    answers = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
+    finding, *sums, explanations = answers
     page = Page(
         report.paper.title,
         [*_sections(report, player)],
@@ -53,7 +54,7 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
         player.sequences,
         heading=without_markup(finding),
         sums=sums,
-        details=[without_markup(labels)],
+        details=[without_markup(explanations)],
     )
     return write_page(path, page)
 
@@ -117,11 +118,12 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
             ]
             ours.append({"values": values, "total": cell.total})
         theirs = MainCell.parse(row.paper)
-        paper = {
-            "values": [{"text": t, "tone": "", "tip": "", "position": None} for t in theirs.values]
-        }
-        paper |= {"total": theirs.total}
-        rows.append({"labels": row.labels, "cells": [paper, *ours]})
+        unlinked = {"tone": "", "tip": "", "position": None}
+        values = [{"text": text, **unlinked} for text in theirs.values]
+        paper = {"values": values, "total": theirs.total}
+        cells = [paper, *ours]
+        digits = max(len(value["text"]) for cell in cells for value in cell["values"])
+        rows.append({"labels": row.labels, "cells": cells, "digits": digits})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
     notes = [main_caption(report.context), *([colours] if verdicts else []), SETTINGS_SENTENCE]
     return card(
@@ -129,7 +131,6 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
         headings=main.headings,
         columns=["paper", *settings.values()],
         rows=rows,
-        digits=max(len(v["text"]) for row in rows for cell in row["cells"] for v in cell["values"]),
         notes=[without_markup(note) for note in notes],
     )
 

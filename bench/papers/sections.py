@@ -36,7 +36,7 @@ VIDEOS = (
     "numbers are therefore printed next to ours, but our results need not reach them."
 )
 SETTINGS_SENTENCE = (
-    "`As written` takes the printed equations and numbers literally. `Recommended` is the default "
+    "*As written* takes the printed equations and numbers literally. *Recommended* is the default "
     "preset of each tracker."
 )
 LABEL_SENTENCES = {

@@ -101,7 +101,7 @@ def test_page_begins_with_the_answer_and_ends_with_commands(report, tmp_path):
             "- The length of the scenes.",
             "## How to run it",
             "trackmark reproduce tiny --all",
-            "trackmark run --sequences CLIP --name clip --trackers camshift:preset=as-written,",
+            "trackmark run --sequences CLIP --name clip --trackers static:preset=recommended,",
         ],
     )
 
@@ -120,8 +120,9 @@ def test_details_have_criteria_choices_and_figures(report, tmp_path):
             "a moving target",
             "Scenes of sequence target that miss a criterion and are not used: 201.",
             "## Choices of the trackers",
-            "## Sensitivity",
+            "## Values that were not taken",
             "16 bins",
+            "## Sensitivity",
             "## Times",
             "## Figures",
             f"`{file.name}`: ",
