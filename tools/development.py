@@ -88,6 +88,8 @@ def planned_runs(
     """Yield all runs; equal parameters of a tracker have one specification."""
     specs: dict[tuple[str, str, str], str] = {}
     paths = {datasets.load(path).name: path for path in recordings}
+    for name in development.skipped_recordings:
+        paths.pop(name, None)
     for runs in development.runs:
         tracker = runs.tracker
         options = {key: value for key, value in tracker.options.items() if key != "init"}

@@ -23,10 +23,13 @@ from trackmark.bench.papers.cases import (
     parse_options,
 )
 from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper
-from trackmark.bench.papers.toml_table import NonEmptyText, TomlTable, validated
+from trackmark.bench.papers.toml_table import NonEmptyText, Texts, TomlTable, validated
 
 FIRST_SCENE = 100
 """First scene of the development data; claims are judged on scenes from 200 on."""
+
+N_RECORDINGS = 7
+"""Number of recordings."""
 
 N_SCENES = 16
 """Number of development scenes per sequence, unless the cost of a paper's runs forbids it."""
@@ -69,7 +72,8 @@ class Development(TomlTable):
 
     `measure`: main measure of the paper's page, a share from 0 to 1. `scenes`: number of scenes per
     sequence; `reason`: reason, if it is not `N_SCENES`. `choice_scenes`: number of scenes on
-    which the candidates without a reason run.
+    which the candidates without a reason run. `skipped_recordings`: names of recordings that would
+    take too long.
     """
 
     measure: MeasureName
@@ -77,8 +81,14 @@ class Development(TomlTable):
     scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
     reason: str = ""
     choice_scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
+    skipped_recordings: Texts = ()
     runs: tuple[DevelopmentRuns, ...]
     candidates: tuple[Candidate, ...] = ()
+
+    @property
+    def n_recordings(self) -> int:
+        """Number of recordings on which the variants run."""
+        return N_RECORDINGS - len(self.skipped_recordings)
 
 
 @dataclass(frozen=True)

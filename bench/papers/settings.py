@@ -82,7 +82,7 @@ def chain_table(paper: Paper) -> Table:
     caption = (
         f"Values that differ from the text, and their effect on development data: "
         f"{development.heading}. Each step is added to those above it; the column alone has only "
-        "this step. Recordings: mean overlap on seven recordings."
+        "this step. Recordings: mean overlap on recordings."
     )
     return text_table("chain", caption, headings, rows, 5)
 
@@ -96,7 +96,7 @@ def chain_sentences(paper: Paper) -> list[str]:
     scenes = "1 scene" if development.scenes == 1 else f"{development.scenes} scenes"
     data = (
         f"Development data are {scenes} of each sequence, numbered from {FIRST_SCENE} on, and "
-        f"seven recordings. No claim is judged on them. {development.reason}"
+        f"{development.n_recordings} recordings. No claim is judged on them. {development.reason}"
     ).rstrip()
     if not equal:
         return [data]

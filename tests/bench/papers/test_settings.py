@@ -77,7 +77,7 @@ def test_development_data_contain_every_variant(name):
         assert expected == {*scenes["variant"]}
         assert {*scenes["sequence"]} == {sequence.name for sequence in runs.sequences}
     recordings = effects[(effects["data"] == "recordings") & (effects["sequence"] == ALL)]
-    assert {*recordings["n"]} == {7}
+    assert {*recordings["n"]} == {development.n_recordings}
 
 
 @pytest.mark.parametrize("name", paper_names())
