@@ -6,7 +6,8 @@ means in `development.csv`. Stored runs in `--results-root` are not repeated.
 
 The rule: a value may differ from the text only for a reason that is no result, and only if it is
 not `worse` by `rules.decide`, neither on the scenes nor on the recordings. Of several values that
-are equally founded, the one with the best mean on the scenes is taken.
+are equally founded, the one with the best mean is taken. Scenes and recordings have equal weights
+in this mean.
 """
 
 import argparse
@@ -27,6 +28,7 @@ from trackmark.bench.papers.cases import PaperSequence, PaperTracker
 from trackmark.bench.papers.development import (
     ALL,
     FIRST_SCENE,
+    Candidate,
     Development,
     Variant,
     n_scenes,
@@ -209,29 +211,30 @@ def _rows(values: pd.DataFrame) -> Iterator[dict[str, object]]:
 def outcomes(paper: Paper, development: Development, table: pd.DataFrame) -> list[str]:
     """Return the outcome of the rule for each step and each candidate, one line each."""
     of_all = table[table["sequence"] == ALL]
-    rows = {(row["tracker"], row["variant"], row["data"]): row for _, row in of_all.iterrows()}
     lines = []
     for name in registered_names(development):
+        by_variant = dict(iter(of_all[of_all["tracker"] == name].groupby("variant", sort=False)))
         for step in paper.steps(name):
-            found = [rows.get((name, together(step), data)) for data in ("scenes", "recordings")]
-            worse = any(row is not None and row["decision"] == "worse" for row in found)
-            verdict = "refused, because it is worse" if worse else "allowed"
-            lines.append(f"{name}: {step.parameter}={step.recommended}: {verdict}")
-        for candidate in development.candidates:
-            found = [rows.get((name, candidate.name, data)) for data in ("scenes", "recordings")]
-            if found[0] is None:
-                continue
-            difference = found[0]["difference"]
-            worse = any(row is not None and row["decision"] == "worse" for row in found)
-            if candidate.reason:
-                taken = not worse and difference > 0
-                reason = ", because it is not worse and has the best mean"
-                verdict = f"taken{reason}" if taken else "not taken"
-            else:
-                moves = "moves" if abs(difference) > CLAIM_MARGIN else "does not move"
-                verdict = f"choice that {moves} the main measure"
-            lines.append(f"{name}: {candidate.name}: {verdict}")
+            is_worse = "worse" in {*by_variant[together(step)]["decision"]}
+            outcome = "refused, because it is worse" if is_worse else "allowed"
+            lines.append(f"{name}: {step.parameter}={step.recommended}: {outcome}")
+        lines += [
+            f"{name}: {candidate.name}: {_outcome(candidate, by_variant[candidate.name])}"
+            for candidate in development.candidates
+            if candidate.name in by_variant
+        ]
     return lines
+
+
+def _outcome(candidate: Candidate, rows: pd.DataFrame) -> str:
+    """Return the outcome of the rule for a candidate by its rows on all scenes and recordings."""
+    if not candidate.reason:
+        difference = rows.loc[rows["data"] == "scenes", "difference"].item()
+        moves = "moves" if abs(difference) > CLAIM_MARGIN else "does not move"
+        return f"choice that {moves} the main measure"
+    if "worse" in {*rows["decision"]} or rows["difference"].mean() <= 0:
+        return "not taken"
+    return "taken, because it is not worse and has the best mean"
 
 
 def summary(table: pd.DataFrame) -> str:

@@ -40,6 +40,7 @@ from trackmark.reports.tables import ScoreMeasure
 
 if TYPE_CHECKING:
     from trackmark.bench.analysis.families import Families
+    from trackmark.bench.analysis.published_scores import PublishedSet
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""
@@ -111,6 +112,7 @@ class Comparison:
     time_marks: Mapping[str, str] = field(default_factory=dict)
     time_notes: Sequence[str] = ()
     undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
+    published: Collection[str] = ()  # trackers with published scores
 
     @property
     def sign(self) -> float:
@@ -212,14 +214,14 @@ def compare_runs(
     against: str | None = None,
     *,
     protocol: str = ONE_PASS,
-    published: Path | None = None,
+    published: "Path | PublishedSet | None" = None,
     by_scene: bool = False,
     families: "Families | None" = None,
 ) -> Comparison:
     """Compare trackers by a score of metrics on runs by one protocol; see `compare_trackers`.
 
     The title of the measure names the protocol, but one-pass evaluation only if runs by other
-    protocols exist. `published` is a CSV file with scores of further trackers.
+    protocols exist. `published` has scores of further trackers: a CSV file or a published set.
     """
     other_protocols = [name for name in runs.protocols if name != protocol]
     if protocol not in runs.protocols:
@@ -232,6 +234,7 @@ def compare_runs(
     scored = runs.scored(metrics, protocol, strict=True)
     if protocol != ONE_PASS:
         scored = scored.assign(first_loss=nan)  # is defined for one-pass runs only
+    further: list[str] = []
     if published is not None:
         # Files of users are read only on request; most comparisons do not need their reader.
         from trackmark.bench.analysis.published_scores import with_published
@@ -249,6 +252,7 @@ def compare_runs(
         attributes=runs.attributes,
         same_boxes=same_boxes(runs, protocol),
         not_repeatable=not_repeatable(runs.table),
+        published=further,
     )
 
 
@@ -264,6 +268,7 @@ def compare_trackers(
     attributes: Mapping[str, Collection[str]] | None = None,
     same_boxes: Mapping[tuple[str, str], int] | None = None,
     not_repeatable: Collection[str] = (),
+    published: Collection[str] = (),
 ) -> Comparison:
     """Compare trackers on the sequences that all of them ran on.
 
@@ -290,6 +295,9 @@ def compare_trackers(
         Number of sequences with equal boxes, by pair of trackers.
     not_repeatable : collection of str
         Trackers that gave different boxes in repeated runs.
+    published : collection of str
+        Trackers whose scores are published. They are compared with the other trackers, but not
+        with each other, so that the intervals are corrected for these pairs only.
     """
     labels = selected_trackers(scored, trackers, against)
     scored = scored[scored["tracker"].isin(labels)]
@@ -308,11 +316,12 @@ def compare_trackers(
     means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
     declared = None if families is None else families.by_name(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
-    pairs = _pairs(means, units, measure, against, same_boxes or {})
+    pairs = _pairs(means, units, measure, against, same_boxes or {}, published)
     times, measured = with_times(scored, timed)
-    unbeaten = _unbeaten(means, pairs, units)
+    unbeaten = [name for name in _unbeaten(means, pairs, units) if name not in published]
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
-    best = max(standings, key=lambda standing: _sign(measure) * standing.mean)
+    unpublished = [standing for standing in standings if standing.tracker not in published]
+    best = max(unpublished or standings, key=lambda standing: _sign(measure) * standing.mean)
     return Comparison(
         measure=measure,
         units=units,
@@ -327,6 +336,7 @@ def compare_trackers(
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
         undefined=undefined,
+        published=published,
         time_marks=time_marks(measured),
         time_notes=time_notes(measured),
     )
@@ -367,9 +377,13 @@ def _pairs(
     measure: ScoreMeasure,
     against: str | None,
     same_boxes: Mapping[tuple[str, str], int],
+    published: Collection[str],
 ) -> list[Pair]:
-    """Compare all pairs, or `against` (if it has a mean) with every other tracker."""
-    names = list(combinations(means, 2))
+    """Compare all pairs, or `against` (if it has a mean) with every other tracker.
+
+    Two published trackers form no pair.
+    """
+    names = [pair for pair in combinations(means, 2) if not {*pair} <= {*published}]
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
     sign, limit = _sign(measure), measure.maximum - measure.minimum

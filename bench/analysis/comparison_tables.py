@@ -1,7 +1,7 @@
 """Tables, JSON and a text paragraph of a comparison."""
 
 import textwrap
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite, nan
@@ -68,6 +68,8 @@ def screen_lines(
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
     # If there are enough units, the table of pairs has the details.
     details = sentence.details if verbose or _too_few(comparison) else ()
+    if comparison.published:
+        details = details or sentence.details[:1]  # the rank
     left_out = [undefined_note(comparison)] if comparison.undefined and not details else []
     lines = [*failures, *([""] if failures else []), sentence.heading, *details, *left_out]
     lines = [line for text in lines for line in wrap(text).splitlines()]
@@ -91,7 +93,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     measure, few = comparison.measure, _too_few(comparison)
     short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
     ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
-    standings = ranked if verbose else ranked[:MAX_LINES]
+    standings = ranked if verbose else _leading(ranked, comparison.published)
     rows = [_standing_cells(short, standing, digits=2) for standing in standings]
     headings, ranks = _standing_heads(comparison)
     if few:  # there are no intervals
@@ -103,6 +105,14 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     notes += [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
     caption = _standings_caption(comparison)
     return Table("comparison", caption, headings, 1, rows, notes, ranks=ranks)
+
+
+def _leading(ranked: Sequence[Standing], published: Collection[str]) -> list[Standing]:
+    """Return `MAX_LINES` trackers: those with own runs first, then the best published ones."""
+    with_runs = [standing for standing in ranked if standing.tracker not in published][:MAX_LINES]
+    others = [standing for standing in ranked if standing.tracker in published]
+    selected = [*with_runs, *others[: MAX_LINES - len(with_runs)]]
+    return [standing for standing in ranked if standing in selected]
 
 
 def files(comparison: Comparison) -> list[Table]:
@@ -338,8 +348,10 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
 
 def _differences(comparison: Comparison) -> Table:
     """Return the differences of pairs by unit; pairs with long names are numbered."""
-    pairs, unit_kind = shown_pairs(comparison), comparison.units.unit_kind
+    pairs, unit_kind = shown_pairs(comparison)[:SHOWN_PAIRS], comparison.units.unit_kind
     labels, notes = _pair_labels(pairs)
+    if n_hidden := len(shown_pairs(comparison)) - len(pairs):
+        notes.append(f"{n_hidden} more pairs: --output")
     remarks = [_same_boxes(comparison, pair) for pair in pairs]
     notes += [f"{label}: {same}" for label, same in zip(labels, remarks, strict=True) if same]
     columns = [[*pair.by_unit.tolist(), pair.difference] for pair in pairs]

@@ -45,6 +45,8 @@ def answer_of(comparison: Comparison) -> Answer:
     digits = _digits(ranked, max(0, measure.decimals - 1))
     heading = _heading(comparison, first, other_standings, digits)
     details = [*_runner_up(comparison, first, other_standings, digits), *_wins(comparison)]
+    if comparison.published:
+        details.insert(0, _rank(ranked.index(first) + 1, len(ranked), first.tracker))
     if len(units) < MIN_UNITS:
         details.append(_limit(units))
     if comparison.undefined:
@@ -52,6 +54,11 @@ def answer_of(comparison: Comparison) -> Answer:
     if comparison.left_out:
         details.append(f"{_names(comparison.left_out)} left out: all runs failed.")
     return Answer(heading, tuple(details))
+
+
+def _rank(rank: int, n: int, tracker: str) -> str:
+    """Return the place of a tracker among all, those with published scores included."""
+    return f"By its mean, {tracker} has rank {rank} of {n}."
 
 
 def undefined_note(comparison: Comparison) -> str:

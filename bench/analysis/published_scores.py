@@ -1,5 +1,10 @@
-"""Scores of other trackers that were published as numbers, without boxes."""
+"""Scores of other trackers that were published as numbers, without boxes.
 
+Scores of some benchmarks are part of trackmark (`SETS`); a user's CSV file adds others.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -8,9 +13,67 @@ import pandas as pd
 from trackmark.bench.analysis.comparable_runs import ComparisonError
 from trackmark.reports.tables import ScoreMeasure
 
+FOLDER = Path(__file__).with_name("published")
+
+
+@dataclass(frozen=True)
+class PublishedSet:
+    """Published scores of many trackers on the sequences of a benchmark.
+
+    Attributes
+    ----------
+    name : str
+        Value of `--published`; the scores are in the file `published/<name>.csv`.
+    summary : str
+        Content in a few words.
+    metrics, measure : str
+        Metrics and score that define the numbers in the same way as the source.
+    source, citation : str
+        Origin of the numbers; publication to cite.
+    aliases : mapping of str to tuple of str
+        Names that copies of the benchmark give to a sequence, by its name in the file.
+    """
+
+    name: str
+    summary: str
+    metrics: str
+    measure: str
+    source: str
+    citation: str
+    aliases: Mapping[str, tuple[str, ...]]
+
+    @property
+    def file(self) -> Path:
+        """CSV file with the columns `tracker`, `sequence` and the measure."""
+        return FOLDER / f"{self.name}.csv"
+
+
+SETS = {
+    published.name: published
+    for published in (
+        PublishedSet(
+            name="otb100",
+            summary="mean overlap of 34 trackers on the 100 sequences of OTB",
+            metrics="otb",
+            measure="mean_overlap",
+            source="score files `tb100` of jwlim/tracker_benchmark, commit 5e1029c",
+            citation="Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015",
+            aliases={
+                "BasketBall": ("Basketball",),
+                "Human4-2": ("Human4", "Human4.2", "Human4_2"),
+                "Jogging-1": ("Jogging", "Jogging.1", "Jogging_1"),
+                "Jogging-2": ("Jogging.2", "Jogging_2"),
+                "Skating2-1": ("Skating2", "Skating2.1", "Skating2_1"),
+                "Skating2-2": ("Skating2.2", "Skating2_2"),
+            },
+        ),
+    )
+}
+"""Published scores that are part of trackmark, by name."""
+
 
 def with_published(
-    runs: pd.DataFrame, file: Path, measure: ScoreMeasure
+    runs: pd.DataFrame, source: Path | PublishedSet, measure: ScoreMeasure
 ) -> tuple[pd.DataFrame, list[str]]:
     """Return the runs extended by published scores, and the labels of the published trackers.
 
@@ -18,9 +81,9 @@ def with_published(
     ----------
     runs : DataFrame
         Runs as `Runs.scored` returns them.
-    file : Path
-        CSV with the columns `tracker`, `sequence` and the measure's name. Sequences without runs
-        are ignored.
+    source : Path or PublishedSet
+        CSV with the columns `tracker`, `sequence` and the measure's name, or a published set.
+        Sequences without runs are ignored.
     measure : ScoreMeasure
         Score that is compared.
 
@@ -28,18 +91,26 @@ def with_published(
     -------
     DataFrame, list of str
         The published trackers have one finished run per sequence; their labels end in
-        `(published)`.
+        `(published)` and are sorted by mean, best first.
 
     Raises
     ------
     ComparisonError
         If a column, a name or a sequence is missing, a score is not valid, or a row occurs twice.
     """
-    scores = _read_scores(file, measure)
+    file = source.file if isinstance(source, PublishedSet) else source
     sequences = set(runs["sequence"].astype(str))
+    if isinstance(source, PublishedSet):
+        _check_measure(source, measure)
+        scores = _renamed(_read_scores(file, measure), source.aliases, sequences)
+    else:
+        scores = _read_scores(file, measure)
     scores = scores[scores["sequence"].isin(sequences)]
     if scores.empty:
-        raise ComparisonError(f"{file}: no row has a sequence of the experiment.")
+        raise ComparisonError(
+            f"{file}: no row has a sequence of the experiment. The sequences are "
+            f"{', '.join(sorted(sequences))}."
+        )
     for tracker, names in scores.groupby("tracker")["sequence"]:
         if missing := sorted(sequences - set(names)):
             raise ComparisonError(f"{file}: tracker {tracker} has no score on {missing[0]}.")
@@ -49,7 +120,29 @@ def with_published(
         status="finished",
     )
     extended = pd.concat([runs, published], ignore_index=True)
-    return extended, list(published["tracker"].unique())
+    means = published.groupby("tracker")[measure.name].mean()
+    ranked = means.sort_values(ascending=measure.direction == "lower", kind="stable")
+    return extended, [str(name) for name in ranked.index]
+
+
+def _check_measure(published: PublishedSet, measure: ScoreMeasure) -> None:
+    """Raise `ComparisonError` if the published numbers are of another score."""
+    if measure.name != published.measure:
+        raise ComparisonError(
+            f"{published.name} has the score {published.measure} of the metrics "
+            f"{published.metrics}, not {measure.name}. Omit --metrics and --metric."
+        )
+
+
+def _renamed(
+    scores: pd.DataFrame, aliases: Mapping[str, tuple[str, ...]], sequences: set[str]
+) -> pd.DataFrame:
+    """Rename sequences to the names that the experiment uses."""
+    names = {name: name for name in scores["sequence"]}
+    for name, other_names in aliases.items():
+        used = [other for other in other_names if other in sequences]
+        names[name] = used[0] if used and name not in sequences else name
+    return scores.assign(sequence=scores["sequence"].map(names))
 
 
 def _read_scores(file: Path, measure: ScoreMeasure) -> pd.DataFrame:

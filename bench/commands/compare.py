@@ -46,6 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.analysis.comparison import Comparison
+    from trackmark.bench.analysis.published_scores import PublishedSet
     from trackmark.bench.exchange.importing import ImportedTracker
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import ScoreMeasure
@@ -63,8 +64,9 @@ class CompareOptions(ScreenOptions, ExecutionOptions):
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
-    published: Path | None = option(
-        "Published scores: CSV with tracker,sequence,METRIC.", type=EXISTING_FILE
+    published: str | None = option(
+        "Published scores: otb100, or a CSV file with tracker,sequence,METRIC.",
+        metavar="NAME|FILE",
     )
     repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
@@ -115,28 +117,35 @@ def command(options: CompareOptions) -> int:
     from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.families import read_families
+    from trackmark.bench.analysis.published_scores import PublishedSet
     from trackmark.bench.protocols import ONE_PASS, parse_protocol
     from trackmark.bench.store.keys import single_experiment
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    if options.published is not None and options.published.stem.startswith("comparison"):
+    published = _published(options.published)
+    if isinstance(published, Path) and published.stem.startswith("comparison"):
         # The tables in --output are called comparison.csv and so on.
-        written = options.output and options.output / options.published.name
-        check_outputs({"--output": written}, [options.published])
+        written = options.output and options.output / published.name
+        check_outputs({"--output": written}, [published])
     if options.families is not None and options.unit is not None:
         raise click.UsageError("Give either --families or --unit.")
     families = None if options.families is None else read_families(options.families)
     protocol = ONE_PASS
     if options.protocol is not None:
         protocol = parse_protocol(options.protocol).key
-    measures = {name: _measure(name, options) for name in _metrics(options.metrics, protocol)}
+    metrics = _metrics(options.metrics, protocol)
+    metric = options.metric
+    if isinstance(published, PublishedSet):
+        metric = metric or published.measure
+        metrics = [published.metrics] if _is_default("metrics") else metrics
+    measures = {name: _measure(name, metric, options.margin) for name in metrics}
     imported_trackers = parse_imported(options.results_of)
     imported = [entry.tracker for entry in imported_trackers]
     trackers, against = _trackers(options, imported)
     labels: list[str] | None = [label for label, _ in trackers] or None
     must_be_named = options.sequences is not None or (trackers and options.published is None)
-    if must_be_named and len(trackers) + len(imported) < 2:
+    if must_be_named and len(trackers) + len(imported) < 2 - (options.published is not None):
         raise click.UsageError("Name at least two trackers to compare.")
     if options.results is not None:
         runs = open_runs(single_experiment(options.results))
@@ -162,7 +171,7 @@ def command(options: CompareOptions) -> int:
                     labels,
                     against,
                     protocol=protocol,
-                    published=options.published,
+                    published=published,
                     by_scene=options.unit == "scene",
                     families=families,
                 )
@@ -185,12 +194,32 @@ def _metrics(names: Sequence[str], protocol: str) -> list[str]:
     return list(dict.fromkeys(replaced.get(name, name) for name in names))
 
 
-def _measure(metrics: str, options: CompareOptions) -> "ScoreMeasure":
+def _published(text: str | None) -> "Path | PublishedSet | None":
+    """Return the published set of this name, or else the file."""
+    from trackmark.bench.analysis.published_scores import SETS
+
+    if text is None or text in SETS:
+        return SETS.get(text or "")
+    if not Path(text).is_file():
+        raise click.BadParameter(
+            f"{text!r} is neither a CSV file nor one of the published sets: {', '.join(SETS)}.",
+            param_hint="--published",
+        )
+    return Path(text)
+
+
+def _is_default(parameter: str) -> bool:
+    """Return whether the user has not given a parameter of the command."""
+    source = click.get_current_context().get_parameter_source(parameter)
+    return source is click.core.ParameterSource.DEFAULT
+
+
+def _measure(metrics: str, metric: str | None, margin: float | None) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
     from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
 
     try:
-        return compared_measure(metrics, options.metric, options.margin)
+        return compared_measure(metrics, metric, margin)
     except ComparisonError as error:
         raise click.BadParameter(str(error), param_hint="--metric") from None
 

@@ -16,6 +16,7 @@ KINDS = (
     "attributes",
     "protocols",
     "formats",
+    "published",
 )
 
 
@@ -31,9 +32,10 @@ class ListOptions(JsonOptions):
 def command(options: ListOptions) -> None:
     """List trackers, sequences, metrics and other named things.
 
-    KIND is trackers, sequences (built-in), experiments, metrics, attributes, protocols or
-    formats (of recorded data). Without it, all kinds are listed. Trackers whose libraries are not
-    installed are included; `describe` names what they need.
+    KIND is trackers, sequences (built-in), experiments, metrics, attributes, protocols, formats
+    (of recorded data) or published (scores for `compare --published`). Without it, all kinds are
+    listed. Trackers whose libraries are not installed are included; `describe` names what they
+    need.
 
     For example:
       trackmark list
@@ -93,6 +95,10 @@ def _summaries(kind: str) -> dict[str, str]:
         from trackmark.datasets import readers
 
         return readers.formats()
+    if kind == "published":
+        from trackmark.bench.analysis.published_scores import SETS
+
+        return {name: f"{entry.summary}; {entry.source}" for name, entry in SETS.items()}
     from trackmark.bench.experiments.experiment import experiment_names, read_experiment
 
     return {name: read_experiment(name).title for name in experiment_names()}

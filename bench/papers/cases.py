@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, TypeVar
 
+import pandas as pd
 from pydantic import BeforeValidator, InstanceOf, ValidationInfo
 
 from trackmark.bench.experiments.experiment import ExperimentError
@@ -54,12 +55,6 @@ class PaperSequence:
     paper: str
     members: tuple[str, ...]  # specifications without the scene
     scenes_of: str = ""  # name of the scenes in criteria.csv, if not that of the member
-
-    @property
-    def names_of_scenes(self) -> tuple[str, ...]:
-        """Names in criteria.csv of the scenes of all members."""
-        names = [self.scenes_of or parse_text(member)[0] for member in self.members]
-        return tuple(dict.fromkeys(names))
 
     def scenes(self, n_scenes: int, further_options: str = "") -> list[tuple[str, ...]]:
         """Return the specifications of the first scenes, one per member.
@@ -144,23 +139,30 @@ def verdict_scenes(paper: str, member: str) -> tuple[int, ...]:
     `member`: the sequence, with options if `criteria.csv` has values of this variant.
     """
     values = read_values(paper)
+    return tuple(passing_scenes(values, _measured_name(values, member)))
+
+
+def _measured_name(values: pd.DataFrame, member: str) -> str:
+    """Return the name of a sequence in `criteria.csv`, without its options if they have none."""
     is_measured = values["sequence"].eq(member).any()
-    return tuple(passing_scenes(values, member if is_measured else parse_text(member)[0]))
+    return member if is_measured else parse_text(member)[0]
 
 
 @cache
-def posed_scenes(paper: str, sequence: str) -> tuple[int, int]:
+def posed_scenes(paper: str, member: str) -> tuple[int, int]:
     """Return how many of the first scenes of a sequence pose the problem, and their number.
 
     A scene poses the problem if it meets all criteria of difficulty; both numbers count up to
-    `POSED_SCENES`. They are 0 if the sequence has no such criterion.
+    `POSED_SCENES`. They are 0 if the sequence has no such criterion. `member`: see
+    `verdict_scenes`.
     """
+    values = read_values(paper)
+    sequence = _measured_name(values, member)
     names = {
         criterion.name
         for criterion in read_criteria(paper)[1]
         if criterion.sequence == sequence and criterion.kind == "difficulty" and criterion.target
     }
-    values = read_values(paper)
     rows = values[(values["sequence"] == sequence) & values["name"].isin(names)]
     passes = rows.groupby("scene", sort=False)["passes"].all().head(POSED_SCENES)
     return int(passes.sum()), len(passes)

@@ -68,14 +68,14 @@ class Development(TomlTable):
     """Content of `development.toml`.
 
     `measure`: main measure of the paper's page, a share from 0 to 1. `scenes`: number of scenes per
-    sequence; `why_fewer`: reason, if it is not `N_SCENES`. `choice_scenes`: number of scenes on
+    sequence; `reason`: reason, if it is not `N_SCENES`. `choice_scenes`: number of scenes on
     which the candidates without a reason run.
     """
 
     measure: MeasureName
     heading: NonEmptyText  # of the measure on a page
     scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
-    why_fewer: str = ""
+    reason: str = ""
     choice_scenes: Annotated[int, Field(ge=1, le=N_SCENES)] = N_SCENES
     runs: tuple[DevelopmentRuns, ...]
     candidates: tuple[Candidate, ...] = ()
@@ -108,25 +108,25 @@ def variants(paper: Paper, development: Development, tracker: PaperTracker) -> l
     They are the as-written values, each step of its chain alone, the first steps together, the
     default, and the candidates that change the tracker.
     """
-    found = [Variant(WRITTEN, WRITTEN)]
+    compared = [Variant(WRITTEN, WRITTEN)]
     steps = paper.steps(tracker.registered_name)
-    found += [
+    compared += [
         Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN, "alone")
         for step in steps
     ]
     previous = WRITTEN
     for n_steps, step in enumerate(steps, 1):
         options = tuple((step.parameter, step.recommended) for step in steps[:n_steps])
-        found.append(Variant(together(step), WRITTEN, options, previous, "together"))
+        compared.append(Variant(together(step), WRITTEN, options, previous, "together"))
         previous = together(step)
-    found.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
+    compared.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
     for candidate in development.candidates:
         options = candidate_options(candidate, tracker)
         if options:
             kind: Kind = "reasoned" if candidate.reason else "choice"
             setting = candidate.setting
-            found.append(Variant(candidate.name, setting, options, setting, kind))
-    return found
+            compared.append(Variant(candidate.name, setting, options, setting, kind))
+    return compared
 
 
 def n_scenes(development: Development, variant: Variant) -> int:
@@ -157,10 +157,10 @@ def candidate_options(candidate: Candidate, tracker: PaperTracker) -> tuple[tupl
 def read_effects(paper: str) -> pd.DataFrame:
     """Read a paper's `development.csv`.
 
-    Columns: `data` (`scenes` or `recordings`), `sequence` (a name or `all`), `tracker` (a name of
-    `paper.toml`; in rows on all sequences the registered name), `variant`, `measure`, `value`
-    (mean), `n` (number of units), `reference` (variant that the value is compared with),
-    `difference` (mean), `low` and `high` (its interval) and `decision` (of `rules.decide`).
+    Columns: `data` (`scenes` or `recordings`), `sequence`, `tracker`, `variant`, `measure`, `value`
+    (mean), `n` (number of units), `reference` (name of a variant), `difference` (mean difference
+    from the reference), `low` and `high` (its interval) and `decision` (label of `rules.decide`).
+    The tracker is a name of `paper.toml`. In rows on `all` sequences it is a registered name.
     """
     file = paper_file(paper, "development.csv")
     return pd.read_csv(file, keep_default_na=False, na_values=[""], encoding="utf-8")

@@ -151,8 +151,8 @@ def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDA
 def _not_posed(sequences: Iterable[PaperSequence]) -> str:
     """Return a sentence on the first sequence whose scenes seldom meet the difficulty criteria."""
     for sequence in sequences:
-        for name in sequence.names_of_scenes:
-            posed, checked = posed_scenes(sequence.paper, name)
+        for member in dict.fromkeys(sequence.scenes_of or name for name in sequence.members):
+            posed, checked = posed_scenes(sequence.paper, member)
             if posed < min(MIN_POSED, checked):
                 which = f"{posed} of the first {checked} scenes of {sequence.name}"
                 return f"{which} meet the criteria of difficulty"

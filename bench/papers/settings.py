@@ -90,13 +90,13 @@ def chain_table(paper: Paper) -> Table:
 def chain_sentences(paper: Paper) -> list[str]:
     """Return sentences on the trackers without steps, and on the development data."""
     development = read_development(paper)
-    names = dict.fromkeys(tracker.registered_name for tracker in paper.trackers.values())
-    fixed = {name for name in names if any("preset" in of.options for of in _entries(paper, name))}
-    equal = [f"`{name}`" for name in names if not paper.steps(name) and name not in fixed]
+    with_settings = [entry for entry in paper.trackers.values() if "preset" not in entry.options]
+    names = dict.fromkeys(entry.registered_name for entry in with_settings)
+    equal = [f"`{name}`" for name in names if not paper.steps(name)]
     scenes = "1 scene" if development.scenes == 1 else f"{development.scenes} scenes"
     data = (
         f"Development data are {scenes} of each sequence, numbered from {FIRST_SCENE} on, and "
-        f"seven recordings. No claim is judged on them. {development.why_fewer}"
+        f"seven recordings. No claim is judged on them. {development.reason}"
     ).rstrip()
     if not equal:
         return [data]

@@ -127,7 +127,16 @@ def test_outcome_names_refused_steps_and_better_candidates():
     table = pd.DataFrame(
         [
             {**rows, "tracker": "wang2010", "variant": "up to sigma", "decision": "worse"},
+            {**rows, "tracker": "particle-filter", "variant": "up to sigma"},
             {**rows, "tracker": "camshift", "variant": "adaptive window"},
+            {
+                **rows,
+                "data": "recordings",
+                "tracker": "camshift",
+                "variant": "adaptive window",
+                "difference": -0.05,
+                "decision": "inconclusive",
+            },
             {**rows, "tracker": "wang2010", "variant": "N = 25", "difference": -0.01},
         ]
     )

@@ -1,12 +1,15 @@
 """Published scores that are compared with stored runs."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.bench.analysis.conftest import compare
-from trackmark.bench.analysis.comparable_runs import ComparisonError
-from trackmark.bench.analysis.published_scores import with_published
+from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
+from trackmark.bench.analysis.decisions import answer_of
+from trackmark.bench.analysis.published_scores import SETS, with_published
 from trackmark.bench.analysis.run_tables import SUMMARY
+from trackmark.datasets.official_sets import SETS as OFFICIAL_SETS
 
 HEAD = "tracker,sequence,mean_overlap\n"
 SCORES = np.linspace(0.2, 0.8, 6)
@@ -52,3 +55,46 @@ def test_published_file_of_wrong_content_is_an_error(runs, tmp_path, text, words
     file.write_text(text)
     with pytest.raises(ComparisonError, match=words):
         with_published(runs, file, OVERLAP)
+
+
+OTB100 = SETS["otb100"]
+
+
+def test_published_sets_are_complete():
+    scores = pd.read_csv(OTB100.file)
+    assert scores.groupby("tracker")["sequence"].nunique().to_dict() == dict.fromkeys(
+        scores["tracker"], 100
+    )
+    assert scores["tracker"].nunique() == 34
+    assert OTB100.file.stat().st_size < 120_000
+    assert {*OTB100.aliases} <= {*scores["sequence"]}
+    (official,) = [entry for entry in OFFICIAL_SETS if entry.name == "OTB-100"]
+    names = {alias for aliases in OTB100.aliases.values() for alias in aliases}
+    assert official.names <= {*scores["sequence"]} | names
+
+
+@pytest.mark.parametrize("jogging", ["Jogging-1", "Jogging.1", "Jogging_1"])
+def test_sequences_of_a_published_set_are_found(make_runs, jogging):
+    names = ["Basketball", "Human4", jogging, "Skating2.2", "Boy", "Woman"]
+    runs = make_runs({"a": SCORES[:, None]})
+    runs["sequence"] = runs["sequence"].map(
+        dict(zip(runs["sequence"].unique(), names, strict=True))
+    )
+    measure = compared_measure("otb", "mean_overlap")
+    whole, labels = with_published(runs, OTB100, measure)
+    expected = pd.read_csv(OTB100.file).pivot_table("mean_overlap", "tracker", "sequence")
+    expected = expected[["BasketBall", "Human4-2", "Jogging-1", "Skating2-2", "Boy", "Woman"]]
+    assert labels[0] == f"{expected.mean(axis=1).idxmax()} (published)"
+    comparison = compare(whole, measure, published=labels)
+    means = {standing.tracker: standing.mean for standing in comparison.standings}
+    for tracker, mean in expected.mean(axis=1).items():
+        assert means[f"{tracker} (published)"] == pytest.approx(mean, abs=1e-12)
+    assert len(comparison.pairs) == 34
+    rank = 1 + sum(mean > means["a"] for mean in means.values())
+    assert f"By its mean, a has rank {rank} of 35." in answer_of(comparison).details
+    assert not any(standing.is_unbeaten for standing in comparison.standings[1:])
+
+
+def test_published_set_has_one_score(runs):
+    with pytest.raises(ComparisonError, match=r"score mean_overlap of the metrics otb, not prec"):
+        with_published(runs, OTB100, compared_measure("otb", "precision"))

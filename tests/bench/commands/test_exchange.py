@@ -74,6 +74,27 @@ def test_published_boxes_give_the_published_scores(trackmark, workspace):
         assert successes[key] == pytest.approx(published, abs=1e-6)
 
 
+@pytest.mark.skipif(not PUBLISHED.is_dir(), reason="needs OTB sequences next to the checkout")
+def test_own_tracker_is_ranked_among_published_ones(trackmark, workspace):
+    sequences = ",".join(f"{SHARED}/sequences/otb/{name}" for name in ("Couple", "Crossing"))
+    options = ("--sequences", sequences, "--published", "otb100")
+    done = trackmark("compare", "static", *options, "--json")
+    answer = json.loads(done.stdout)
+    assert answer["metrics"] == "otb"
+    means = {row["tracker"]: row["mean"] for row in answer["trackers"]}
+    assert len(means) == 35
+    assert means["ASLA (published)"] == pytest.approx((0.075859 + 0.784812) / 2, abs=1e-9)
+    printed = trackmark("compare", "static", *options).stdout
+    assert "By its mean, static has rank" in printed
+    assert [line for line in printed.splitlines() if line.startswith("static ")]
+
+
+@pytest.mark.usefixtures("workspace")
+def test_unknown_published_set_is_named(trackmark):
+    done = trackmark("compare", "static", "--sequences", "x", "--published", "otb10", status=2)
+    assert "neither a CSV file nor one of the published sets: otb100" in done.stderr
+
+
 def test_report_adds_imported_results_and_stores_nothing(trackmark, workspace, imported):
     trackmark(*STATIC, TWO, "--name", "ours")
     before = sorted(path.name for path in (workspace / "results" / "ours").rglob("*"))

@@ -154,7 +154,6 @@ def test_no_csv_has_fewer_rows_than_its_table(report, tmp_path):
     assert_tables_have_rows(tmp_path)
     assert {table.name for table in report.tables} == {file.stem for file in tmp_path.glob("*.csv")}
     for table in report.tables:
-        assert table.rows
         assert len(rows_of(tmp_path / f"{table.name}.csv")) >= len(table.rows), table.name
 
 
@@ -203,7 +202,7 @@ def test_trackers_by_sequence_run_on_their_own_sequence_only(report):
     pairs = found.first[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
     assert pairs == [["target", ADAPTIVE], ["twice", STATIC]]
     pairs = found.second[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
-    assert pairs == [["target", "static"], ["twice", ADAPTIVE]]
+    assert pairs == [["target", STATIC], ["twice", ADAPTIVE]]
 
 
 def test_criterion_on_the_result_favours_the_claim(report, monkeypatch):
@@ -455,8 +454,7 @@ def test_verdicts_are_grouped_by_the_recommended_setting(page, report):
 def test_verdict_opens_the_worst_run_of_its_first_tracker(page, report):
     links = opened(sections(page)["Verdicts"], data_of(page.read_text()))
     assert [link["tracker"] for link in links] == [
-        "camshift, as written",
-        "camshift, recommended",
+        *["camshift, as written", "camshift, recommended"] * 2,
         *["static"] * 2,
     ]
     values = report.verdicts[0].evidence["recommended"].first
@@ -487,7 +485,7 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatc
         stored_frames = {scene["name"]: scene["frame_numbers"] for scene in data["sequences"]}
         assert any(stored_frames.values()) == (file == few)
         places = opened(text, data)
-        assert len(places) == 8
+        assert len(places) == 10
         for place in places:
             frames = stored_frames[place["sequence"]]
             assert frames is None or int(place["frame"]) in frames

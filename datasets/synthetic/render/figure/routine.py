@@ -120,7 +120,7 @@ def sample_routine(random: Generator) -> Routine:
 
 def _sample_operations(random: Generator) -> list[_Operation]:
     pace = float(np.exp(random.uniform(*np.log(PACES)))) * HEAD_SIDE  # [metres/frame]
-    speed = pace / PEAK * FOCAL / np.mean(DEPTHS)  # mean speed of walks [pixels/frame]
+    speed = float(pace / PEAK * FOCAL / np.mean(DEPTHS))  # mean speed of walks [pixels/frame]
     nearest = max(NEAREST, BRIEF * speed)
     farthest = max(min(FARTHEST, LONG * speed), 1.5 * nearest)
     # The first four operations face all four sides; in a slow routine, the video may end earlier.

@@ -1,12 +1,17 @@
-"""Scenes of `nummiaro2003`: head and students."""
+"""Scenes of `nummiaro2003`: head, students and traffic."""
 
 import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import runs, slow_if_unchanged
 from trackmark import datasets
+from trackmark.datasets.synthetic.nummiaro2003.driving.traffic import traffic_plan
+from trackmark.datasets.synthetic.nummiaro2003.driving.view import facet_pose
+from trackmark.datasets.synthetic.nummiaro2003.head import HeadScene
+from trackmark.datasets.synthetic.parameters import SceneParameters
+from trackmark.datasets.synthetic.render.figure.routine import HEAD_SIDE, PACES
 
-pytestmark = slow_if_unchanged("nummiaro2003/head", "nummiaro2003/students")
+pytestmark = slow_if_unchanged("nummiaro2003/head", "nummiaro2003/students", "nummiaro2003/traffic")
 
 
 HEAD = "nummiaro2003/head"
@@ -58,6 +63,50 @@ def test_fast_attribute_is_a_tenth_of_the_width_per_frame(head):
     fast = head.attributes["fast"][1:-1]
     clear = np.abs(speed - 0.1) > 0.03  # the size of the box changes as the head turns
     assert (fast[clear] == (speed[clear] > 0.1)).mean() > 0.97
+
+
+def head_speed(seed):
+    """Return the 95th percentile of the speed of the head's centre [mean sides of its box]."""
+    worker = HeadScene(SceneParameters(scene=seed)).worker
+    places = np.stack([worker.head_place(frame) for frame in range(450)])
+    sides = HEAD_SIDE * 700.0 / worker._bones.origins[:, 0, 2]
+    return np.percentile(np.hypot(*np.diff(places, axis=0).T) / sides[1:], 95)
+
+
+def test_head_speeds_cover_the_range_of_recorded_heads():
+    """Check that the speeds are log-uniform: half of them are below the geometric mean."""
+    speeds = np.array([head_speed(seed) for seed in range(24)])
+    assert (speeds > 0.8 * PACES[0]).all()
+    assert (speeds < 1.1 * PACES[1]).all()
+    below = (speeds < np.sqrt(PACES[0] * PACES[1])).mean()
+    assert 0.3 < below < 0.7
+
+
+def light_on(facing, light):
+    """Return the light on a facet that faces a direction (x, y, z)."""
+    return np.dot(light[:3], facing) + light[3]
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_traffic_target_turns_its_rear_from_shade_to_light(seed):
+    plan = traffic_plan(seed)
+    heading, light = plan.cars[0][1].heading, plan.layout.light
+    first, last = (
+        light_on((-np.sin(angle), 0, -np.cos(angle)), light) for angle in (heading[0], heading[-1])
+    )
+    assert first < 0.6
+    assert last > 1.0
+    assert all(car.light == light for car in plan.layout.parked)
+    assert plan.car(0, 0).light == light
+
+
+def test_light_of_a_facet_follows_its_normal():
+    """The gain is 256 times the light: 0.8 + 0.1 for an upright facet that faces x."""
+    plan = traffic_plan(0)
+    facets = plan.cars[0][0].facets
+    gains = facet_pose(plan.views[0], facets, light=(0.1, 0.2, 0.3, 0.8)).gains
+    expected = facets.normals @ [0.1, 0.2, 0.3] + 0.8
+    assert gains == pytest.approx(256 * expected, abs=0.5001)
 
 
 def spells(flags):
