@@ -81,8 +81,8 @@ def _sections(report: Report, player: PlayerContent) -> Iterator[PageSection]:
     table, caption = _main_table(report, player), "A number of ours opens the worst run behind it."
     numbers, *others = report.sections
     yield PageSection("numbers", numbers.title, [table], caption=caption, nav="Table")
-    shown = [*report.pictures, *(f for f in report.figures if f not in report.pictures)]
-    if panels := _panels(shown):
+    figures = [*report.pictures, *(f for f in report.figures if f not in report.pictures)]
+    if panels := _panels(figures):
         cards = [card("figure_panels", panels=panels)]
         yield PageSection("figures", "Pictures", cards, nav="Pictures")
     if groups := _groups(report, player):
@@ -249,10 +249,10 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
 
 def _folds(report: Report) -> Iterator[Markup]:
     """Yield the sections that are folded: the rest of the page, and its details."""
-    shown = ("numbers", "pictures", "verdicts", "differences", "figures")
+    open_sections = ("numbers", "pictures", "verdicts", "differences", "figures")
     for section in report.sections + report.details:
         paragraphs = _paragraphs(section.paragraphs)
-        if section.key not in shown and (paragraphs or section.tables):
+        if section.key not in open_sections and (paragraphs or section.tables):
             yield card(
                 "fold",
                 key=f"fold-{section.key}",

@@ -16,7 +16,7 @@ from PIL import ImageDraw, ImageFont
 
 from trackmark.bench.papers import SETTING_LABELS
 from trackmark.reports.overlay import TRUTH, Shape, overlay
-from trackmark.reports.palette import DARK, LIGHT
+from trackmark.reports.palette import DARK, LIGHT, to_bgr
 
 Image = NDArray[np.uint8]
 Outline = NDArray[np.float64]
@@ -101,13 +101,13 @@ class Strip:
         """Cut-out `(x, y, width, height)` of each column, of equal size around the target [px]."""
         height, width = self.rows[0].images[0].shape[:2]
         boxes = np.array([_bounds(outline, self.shape) for outline in self.truth])
-        known = np.isfinite(boxes).all(axis=1)
-        wide, tall = boxes[known, 2:].max(axis=0)
+        present = np.isfinite(boxes).all(axis=1)
+        wide, tall = boxes[present, 2:].max(axis=0)
         side = max(MARGIN * max(wide, tall * width / height), MIN_SIDE)
         size = np.minimum(np.rint([side, side * height / width]), (width, height))
-        windows, centre = [], boxes[known][0, :2] + boxes[known][0, 2:] / 2
-        for box, is_known in zip(boxes, known, strict=True):
-            centre = box[:2] + box[2:] / 2 if is_known else centre
+        windows, centre = [], boxes[present][0, :2] + boxes[present][0, 2:] / 2
+        for box, is_present in zip(boxes, present, strict=True):
+            centre = box[:2] + box[2:] / 2 if is_present else centre
             corner = np.clip(np.rint(centre - size / 2), 0, (width, height) - size)
             windows.append(tuple(int(value) for value in (*corner, *size)))
         return windows
@@ -187,4 +187,4 @@ def _mark_outside(image: Image, box: Outline, shade: str) -> None:
     rows, columns = np.mgrid[:height, :width]
     distance = np.hypot(columns - edge[0], rows - edge[1])
     image[distance <= 8] = 0
-    image[distance <= 6] = [int(shade[at : at + 2], 16) for at in (5, 3, 1)]
+    image[distance <= 6] = to_bgr(shade)

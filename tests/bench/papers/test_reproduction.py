@@ -49,11 +49,11 @@ def test_main_table_counts_scenes_in_the_units_of_the_paper(report):
     runs = report.context.runs
     static = [runs.measured_runs(STATIC, scene)[0] for scene in SCENES]
     camshift = [runs.measured_runs(ADAPTIVE, scene)[0] for scene in SCENES]
-    frames = [np.mean([run.on_target.sum() for run in of]) for of in (camshift, static)]
+    frames = [np.mean([run.on_target.sum() for run in runs_of]) for runs_of in (camshift, static)]
     smaller = sum(a.error.mean() < b.error.mean() for a, b in zip(camshift, static, strict=True))
-    kept = sum(run.on_target[-10:].all() and run.on_target.mean() >= 0.9 for run in static)
+    n_kept = sum(run.on_target[-10:].all() and run.on_target.mean() >= 0.9 for run in static)
     assert [row[-1].text for row in main.rows] == [
-        f"{kept} of 12", f"{frames[0]:.0f} / {frames[1]:.0f} of 20", f"{smaller} of 12",
+        f"{n_kept} of 12", f"{frames[0]:.0f} / {frames[1]:.0f} of 20", f"{smaller} of 12",
     ]  # fmt: skip
     assert times.caption == "Times."
 
@@ -72,8 +72,8 @@ def test_sensitivity_table_changes_one_choice(report):
 
 
 def positions(text, parts):
-    found = [text.index(part) for part in parts]
-    return found == sorted(found)
+    indices = [text.index(part) for part in parts]
+    return indices == sorted(indices)
 
 
 def test_page_begins_with_the_answer_and_ends_with_commands(report, tmp_path):
@@ -132,9 +132,9 @@ def test_details_have_criteria_choices_and_figures(report, tmp_path):
 
 def test_pages_have_equal_bytes_the_second_time(tiny, report, tmp_path):
     folders = []
-    for number, made in enumerate([report, tiny.report(with_sensitivity=True)]):
+    for number, repeated in enumerate([report, tiny.report(with_sensitivity=True)]):
         folders.append(tmp_path / str(number))
-        markdown_page.write_markdown_pages(folders[-1] / "tiny.md", folders[-1], made)
+        markdown_page.write_markdown_pages(folders[-1] / "tiny.md", folders[-1], repeated)
     names = ["tiny-details.md", "tiny-figure-1.webp", "tiny.md"]
     assert sorted(file.name for file in folders[0].iterdir()) == names
     for name in names:

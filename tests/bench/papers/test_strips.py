@@ -40,9 +40,9 @@ def test_small_target_has_a_cut_out_of_minimum_size():
 
 
 def test_estimate_is_drawn_where_it_is_in_the_frame():
-    shown = strip([[60, 40, 40, 40]], [[60, 40, 40, 40]])
-    x, _, width, _ = shown.windows[0]
-    tile = shown.tile(shown.rows[0], 0)
+    one_frame = strip([[60, 40, 40, 40]], [[60, 40, 40, 40]])
+    x, _, width, _ = one_frame.windows[0]
+    tile = one_frame.tile(one_frame.rows[0], 0)
     blue = np.abs(tile.astype(int) - to_bgr(LIGHT[0])).sum(axis=2) < 60
     columns = np.flatnonzero(blue.any(axis=0)) * width / tile.shape[1] + x
     assert columns.min() == pytest.approx(60, abs=1.5)
@@ -50,12 +50,12 @@ def test_estimate_is_drawn_where_it_is_in_the_frame():
 
 
 def test_dot_at_the_edge_marks_an_estimate_outside():
-    shown = strip([[10, 10, 20, 20]], [[130, 15, 20, 20]])
-    tile = shown.tile(shown.rows[0], 0)
+    one_frame = strip([[10, 10, 20, 20]], [[130, 15, 20, 20]])
+    tile = one_frame.tile(one_frame.rows[0], 0)
     blue = (tile == to_bgr(LIGHT[0])).all(axis=2)
     rows, columns = np.nonzero(blue)
     assert columns.min() > tile.shape[1] - 20
-    assert rows.mean() == pytest.approx(25 * tile.shape[1] / shown.windows[0][2], abs=1)
+    assert rows.mean() == pytest.approx(25 * tile.shape[1] / one_frame.windows[0][2], abs=1)
 
 
 def test_contour_with_two_parts_is_cut_out_as_a_whole():
