@@ -191,7 +191,8 @@ class Nummiaro2003(SharingTracker):
     nor the length of "a couple of frames", nor the positions of particles during initialisation.
     `recommended` multiplies the change of scale by 0.9 in each frame, because otherwise the
     variance of the size grows without bound. It updates the model if ρ exceeds 0.9, because this
-    interpretation of π_T does not depend on σ. `robust` is for recorded video; docs/presets.md
+    interpretation of π_T does not depend on σ. Particles of a lost target are placed around its
+    predicted position, "where the target is expected to appear" (section 6). `robust` is for recorded video; docs/presets.md
     describes its selection. With one model per particle, the mean of these models determines the
     threshold.
 
@@ -209,7 +210,11 @@ class Nummiaro2003(SharingTracker):
     randomness = Randomness.GENERATOR
     presets = {
         "as-written": {},
-        "recommended": {"update_reading": "coefficient", "scale_persistence": 0.9},
+        "recommended": {
+            "update_reading": "coefficient",
+            "scale_persistence": 0.9,
+            "placement": "predicted",
+        },
         "robust": {"dynamics": "random-walk", "position_noise": 0.6, "size_noise": 0.015}
         | {"sigma": 0.06, "colour": "hsv", "bins": 16, "alpha": 0.02, "particles": 300}
         | {"update_reading": "coefficient", "placement": "predicted"},
