@@ -192,9 +192,9 @@ class Nummiaro2003(SharingTracker):
     `recommended` multiplies the change of scale by 0.9 in each frame, because otherwise the
     variance of the size grows without bound. It updates the model if ρ exceeds 0.9, because this
     interpretation of π_T does not depend on σ. Particles of a lost target are placed around its
-    predicted position, "where the target is expected to appear" (section 6). `robust` is for recorded video; docs/presets.md
-    describes its selection. With one model per particle, the mean of these models determines the
-    threshold.
+    predicted position, "where the target is expected to appear" (section 6). `robust` is for
+    recorded video; docs/presets.md describes its selection. With one model per particle, the mean
+    of these models determines the threshold.
 
     Details: `positive_appearances` (number of similar particles), `mode` (1: tracking, 0:
     initialisation), `half_width` and `half_height` (Hx and Hy of the estimate [pixels]),

@@ -120,8 +120,7 @@ def _main_table(report: Report, player: PlayerContent) -> Markup:
         theirs = MainCell.parse(row.paper)
         unlinked = {"tone": "", "tip": "", "position": None}
         values = [{"text": text, **unlinked} for text in theirs.values]
-        paper = {"values": values, "total": theirs.total}
-        cells = [paper, *ours]
+        cells: list[dict[str, Any]] = [{"values": values, "total": theirs.total}, *ours]
         digits = max(len(value["text"]) for cell in cells for value in cell["values"])
         rows.append({"labels": row.labels, "cells": cells, "digits": digits})
     colours = "Green: a claim on this value holds; red: it does not; yellow: inconclusive."
