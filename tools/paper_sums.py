@@ -14,13 +14,16 @@ _ROW = re.compile(r"^(\|[^|]*\|[^|]*\]\((docs/papers/\w+\.md)\) \|).*$", re.M)
 
 
 def sums(page: Path) -> list[str]:
-    """Return the sum of each setting, such as `2 of 5 (3 by construction, …)`; `–` if missing."""
+    """Return the sum of each setting, such as `2 of 5 (3 by construction, …)`.
+
+    A page without verdicts gives `not judged yet`.
+    """
     content = page.read_text("utf-8")
     lines = [
         re.search(rf"^- {setting}: Main results reproduced: (.*)$", content, re.M)
         for setting in SETTINGS
     ]
-    return [line[1] if line else "–" for line in lines]
+    return [line[1] if line else "not judged yet" for line in lines]
 
 
 def readme() -> str:

@@ -19,11 +19,11 @@ class ContourSmoothColorParameters(segmenter.SegmenterParameters):
     """Parameters of `ContourSmoothColor`."""
 
     mixing: float = bounded(
-        1.0,
+        0.5,
         "a of G(t) = (1 - a) G(t-2) + a G(t-1) [fraction]",
         gt=0,
         le=1,
-        origin=chosen("a is not printed; 1 predicts the colours of the last frame"),
+        origin=chosen("a is not printed; 0.5 prefers neither frame, and 1 would mix nothing"),
     )
     plane: Literal["first", "refitted"] = choice(
         "first",
@@ -38,10 +38,11 @@ class ContourSmoothColor(segmenter.Segmenter):
 
     Contour particles, weights and snake are those of `moreno2005`. The colours are one pair of
     mixtures, predicted as G(t) = (1 - a) G(t-2) + a G(t-1). Each G is fitted to a segmented frame
-    (section 6 of the paper, after Isard & Blake). The paper states neither a nor the plane. a = 1
-    (the colours of the last frame) is mostly best. The plane of the first frame gives worse results
-    than `plane=refitted`. Colours are sampled one pixel inside the contour and two outside it, as
-    in the first frame.
+    (section 6 of the paper, after Isard & Blake). The paper states neither a nor the plane. It
+    calls the model smooth and a its mixing factor. With a = 1, the colours of the last frame,
+    nothing is mixed, so a = 0.5 is used, which prefers neither frame. a = 1 is mostly better.
+    The plane of the first frame gives worse results than `plane=refitted`. Colours are sampled one
+    pixel inside the contour and two outside it, as in the first frame.
 
     The details and the arrays are those of `moreno2005`.
     """

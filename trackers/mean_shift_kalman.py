@@ -26,7 +26,7 @@ class MeanShiftKalmanParameters(MeanShiftParameters):
     acceleration_noise: float = positive(
         5.0,
         "standard deviation of the target's acceleration [pixels/frame²]",
-        origin=printed("PAMI 2003, section on Kalman prediction: hand sequence"),
+        origin=printed("PAMI 2003: hand sequence"),
     )
     least_coefficient: float = fraction(
         0.0,
@@ -43,7 +43,7 @@ class MeanShiftKalman(SharingTracker):
     filter per axis (position and velocity, white acceleration) predicts. Its result is the
     measurement of the filters. For the measurement's standard deviation, a scaled Gaussian is
     fitted to three Bhattacharyya coefficients: at the result, and half the target's size to both
-    sides (Comaniciu, Ramesh & Meer 2003, section on Kalman prediction). A similar object near the
+    sides (Comaniciu, Ramesh & Meer 2003). A similar object near the
     target, or an occlusion, flattens this surface, so that the prediction prevails. The box is
     centred at the filtered position.
 

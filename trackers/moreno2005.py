@@ -177,12 +177,12 @@ class Moreno2005(segmenter.Segmenter):
     (`Moreno2005Parameters`). The paper states no numbers of samples; they are our choice in both
     presets.
 
-    `recommended` differs from `as-written` in four points: exponential weights, because a
-    likelihood needs a temperature; a contour compared with its surroundings, because section 5.2
-    compares planes with a window; weights of the complete density (`feedback=joint`), because the
-    contour also informs about colours; and a gain shared by all centroids, with jumps. The shared
-    gain is a prior that fits changes of light by gains. So results under such light depend on this
-    prior as much as on the dependence of cues.
+    `recommended` differs from `as-written` in four points. Weights are exponential, because a
+    likelihood needs a temperature. A contour is compared with its surroundings, because section 5.2
+    compares planes with a window. The weights that are kept are those of the complete density
+    (`feedback=joint`), because the contour also informs about colours. All centroids share a gain,
+    which can jump. The shared gain is a prior that fits changes of light by gains. So results under
+    such light depend on this prior as much as on the dependence of cues.
 
     The weights of the snake apply to derivatives along the contour (Kass et al., the paper's
     [7]). The snake shrinks a contour by a few per cent of its area.

@@ -196,8 +196,8 @@ def _floor_or_ceiling(claim: Claim, evidence: Evidence) -> str:
     return ""
 
 
-def _interval(kept: pd.DataFrame, evidence: Evidence) -> Interval:
-    return kept_interval(kept["value"].to_numpy(), sets=evidence.unit_noun == "set")
+def _interval(kept_shares: pd.DataFrame, evidence: Evidence) -> Interval:
+    return kept_interval(kept_shares["value"].to_numpy(), sets=evidence.unit_noun == "set")
 
 
 def _lost_before(lost: Values) -> str:

@@ -86,8 +86,8 @@ def _of_runs(claim: Claim, setting: str, context: Context) -> Evidence:
         return gathered
     return replace(
         gathered,
-        kept_first=_kept(first, measure, context),
-        kept_second=_kept(second, measure, context),
+        kept_first=_kept_shares(first, measure, context),
+        kept_second=_kept_shares(second, measure, context),
     )
 
 
@@ -96,11 +96,11 @@ def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.D
     return pd.concat(tables, ignore_index=True) if tables else pd.DataFrame()
 
 
-def _kept(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
+def _kept_shares(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
     """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
-    kept = _values(claim_cases, measure.kept or context.paper.kept_measure, context)
+    n_kept = _values(claim_cases, measure.kept_measure or context.paper.kept_measure, context)
     n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
-    return kept.assign(value=kept["value"] / kept["sequence"].map(n_members))
+    return n_kept.assign(value=n_kept["value"] / n_kept["sequence"].map(n_members))
 
 
 def _fewest_particles(table: pd.DataFrame) -> pd.DataFrame:

@@ -11,6 +11,12 @@ from trackmark.bench.papers.sections import Section, answer
 from trackmark.bench.papers.strips import draw_picture, to_webp
 from trackmark.reports.renderers import to_markdown
 
+NOT_JUDGED = (
+    "The claims of this paper have not been judged on the present scenes. The numbers below are a "
+    "quick look at {n_scenes} scenes of each sequence."
+)
+"""Sentence on a page without verdicts, as `reproduce --quick` writes it."""
+
 DETAILS = "-details"
 """Ending of the stem of the page with details."""
 
@@ -39,7 +45,8 @@ def page(report: Report, path: Path, pictures: Path) -> str:
     details = details_file(path).name
     more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
     parts = [f"# {report.paper.title}", report.paper.citation]
-    finding, *sums, labels = answer(report.paper, report.verdicts) or [report.paper.method, ""]
+    no_answer = [report.paper.method, NOT_JUDGED.format(n_scenes=report.context.n_scenes)]
+    finding, *sums, labels = answer(report.paper, report.verdicts) or no_answer
     lines = "\n".join(f"- {line}" for line in sums)
     parts += [f"**{finding}**" if sums else finding, lines, labels, more]
     for section in report.sections:

@@ -128,7 +128,7 @@ class Declaration(NamedTuple):
     unit: str  # such as `share`, `px` or `frames`
     lower_is_better: bool
     lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
-    kept: Function | None  # returns 1 if the target is kept; None: as the paper defines it
+    kept_measure: Function | None  # returns 1 if the target is kept; None: as the paper defines it
     averaged: bool  # values of a sequence with several members are averaged, not summed
 
 
@@ -140,13 +140,13 @@ def measure(
     *,
     lower_is_better: bool = False,
     lost_before: Function | None = None,
-    kept: Function | None = None,
+    kept_measure: Function | None = None,
     averaged: bool = False,
 ) -> Callable[[F], F]:
     """Declare a function as a measure; `Declaration` explains the arguments."""
 
     def declare(function: F) -> F:
-        declaration = Declaration(unit, lower_is_better, lost_before, kept, averaged)
+        declaration = Declaration(unit, lower_is_better, lost_before, kept_measure, averaged)
         _DECLARATIONS[function] = declaration
         return function
 
@@ -168,7 +168,7 @@ class Measure:
     lower_is_better: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
     lost_before: "Measure | None" = None  # 1 if the target is lost before the event, else 0
-    kept: "Measure | None" = None  # 1 if the target is kept; None: as the paper defines it
+    kept_measure: "Measure | None" = None  # 1 if the target is kept; None: as the paper defines it
     averaged: bool = False  # values of a sequence with several members are averaged, not summed
 
     def __call__(self, measured: MeasuredRun) -> float:
@@ -200,11 +200,11 @@ def find_measure(spec: str, paper: str) -> Measure:
     except ValueError as error:
         raise ValueError(f"measure {spec!r}: {error}") from None
     declaration = _DECLARATIONS[function]
-    before, kept = (
+    before, kept_measure = (
         related and Measure(f"{noun} {spec}", "run", related, "share", options=typed)
         for noun, related in (
             ("lost before", declaration.lost_before),
-            ("kept for", declaration.kept),
+            ("kept for", declaration.kept_measure),
         )
     )
     return Measure(
@@ -215,7 +215,7 @@ def find_measure(spec: str, paper: str) -> Measure:
         declaration.lower_is_better,
         typed,
         before,
-        kept,
+        kept_measure,
         declaration.averaged,
     )
 

@@ -203,14 +203,14 @@ def success(shares: ArrayLike) -> NDArray[np.float64]:
     )
 
 
-def kept_interval(kept: ArrayLike, *, sets: bool = False) -> Interval:
+def kept_interval(kept_shares: ArrayLike, *, sets: bool = False) -> Interval:
     """Return the interval of the share of scenes, or of members of sets, that a tracker keeps.
 
-    `kept`: share of kept runs of each scene, or of kept members of each set, shape (n,), in [0, 1].
+    `kept_shares`: share of kept runs of a scene, or of kept members of a set, (n,), in [0, 1].
     The interval of scenes is that of `share`; the interval of sets is that of a mean. It is missing
     (NaN) for fewer than `MIN_KEPT_SCENES` units.
     """
-    shares = _finite(kept)
+    shares = _finite(kept_shares)
     if len(shares) < MIN_KEPT_SCENES:
         return NO_INTERVAL
     if not sets:
@@ -219,14 +219,14 @@ def kept_interval(kept: ArrayLike, *, sets: bool = False) -> Interval:
     return Interval(max(low, 0.0), min(high, 1.0))
 
 
-def at_floor(kept: Iterable[Interval]) -> bool:
+def at_floor(kept_intervals: Iterable[Interval]) -> bool:
     """Return whether all trackers, by their intervals of `kept_interval`, lose the target."""
-    return all(interval.high < FLOOR_SHARE for interval in kept)
+    return all(interval.high < FLOOR_SHARE for interval in kept_intervals)
 
 
-def at_ceiling(kept: Iterable[Interval]) -> bool:
+def at_ceiling(kept_intervals: Iterable[Interval]) -> bool:
     """Return whether all trackers, by their intervals of `kept_interval`, keep the target."""
-    return all(interval.low > CEILING_SHARE for interval in kept)
+    return all(interval.low > CEILING_SHARE for interval in kept_intervals)
 
 
 def conjunction(judges: Mapping[str, Judge]) -> Verdict:

@@ -37,7 +37,7 @@ class MeanShiftParameters(Parameters):
     """Parameters of mean shift trackers; the defaults are the values of the preset `as-written`."""
 
     colour: ColourSpace = choice(
-        "rgb", "colour space of the histograms", origin=printed("PAMI 2003, section 5: RGB")
+        "rgb", "colour space of the histograms", origin=printed("PAMI 2003: RGB")
     )
     bins: int = integer(
         8,
@@ -53,34 +53,34 @@ class MeanShiftParameters(Parameters):
         "adaptive",
         "adaptive: size of the most similar of a smaller, an equal and a larger ellipse; fixed: "
         "size of the init box",
-        origin=printed("PAMI 2003, section 4.3"),
+        origin=printed("PAMI 2003: adaptive scale"),
     )
     scale_step: float = bounded(
         0.1,
         "relative difference of these sizes [fraction]",
         gt=0.0,
         lt=1.0,
-        origin=printed("PAMI 2003, section 4.3: Δh = 0.1 h"),
+        origin=printed("PAMI 2003: Δh = 0.1 h"),
     )
     scale_smoothing: float = fraction(
         0.1,
         "γ: weight of the located size in the next size [fraction]",
-        origin=printed("PAMI 2003, section 4.3: γ = 0.1"),
+        origin=printed("PAMI 2003: γ = 0.1"),
     )
     stop_distance: float = positive(
         1.0,
         "ε: mean shift stops after a step shorter than this [pixels]",
-        origin=printed("PAMI 2003, section 4.2: y0 and y1 in the same pixel"),
+        origin=printed("PAMI 2003: y0 and y1 in the same pixel"),
     )
     max_iterations: int = integer(
         20,
         "maximum number of mean shift steps of an ellipse [count]",
-        origin=printed("PAMI 2003, section 4.2: typically 20"),
+        origin=printed("PAMI 2003: typically 20"),
     )
     step_halving: bool = choice(
         True,
         "whether steps that lower the coefficient are halved",
-        origin=printed("CVPR 2000, step 5 of the algorithm"),
+        origin=printed("CVPR 2000: algorithm"),
     )
 
 

@@ -44,7 +44,7 @@ def _recovered(measured: MeasuredRun) -> float:
     return float(on_target_at_end(measured) > MOST)
 
 
-@measure("share", kept=_recovered)
+@measure("share", kept_measure=_recovered)
 def on_target_at_end(measured: MeasuredRun) -> float:
     """Return the share of the last 20 frames in view in which the target is tracked."""
     clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))

@@ -183,7 +183,7 @@ def test_no_worse_both_ways_fails_if_either_is_worse():
     assert judge(equal, same).verdict == "holds"
 
 
-def kept(first, second, n=24):
+def kept_tables(first, second, n=24):
     """Return tables with the numbers of scenes, of n, in which each of two trackers is kept."""
     return {
         f"kept_{side}": table({tracker: [1.0] * number + [0.0] * (n - number)})
@@ -206,7 +206,7 @@ BETTER = Evidence(table({"A": 0.6 + NOISE}), table({"B": 0.5 + NOISE[::-1]}), un
     ],
 )
 def test_order_needs_room_between_floor_and_ceiling(numbers, label, reason):
-    verdict = judge(ORDER, replace(BETTER, **kept(*numbers)))
+    verdict = judge(ORDER, replace(BETTER, **kept_tables(*numbers)))
     assert verdict.verdict == label
     assert verdict.reason.startswith(reason)
 
@@ -222,7 +222,7 @@ def test_order_needs_room_between_floor_and_ceiling(numbers, label, reason):
 )
 def test_no_worse_needs_a_reference_above_the_floor(numbers, label):
     equal = claim(better="A", worse="B", test="no-worse", margin=0.1)
-    assert judge(equal, replace(BETTER, **kept(*numbers))).verdict == label
+    assert judge(equal, replace(BETTER, **kept_tables(*numbers))).verdict == label
 
 
 def test_accuracy_has_a_floor_and_no_ceiling():
@@ -232,14 +232,14 @@ def test_accuracy_has_a_floor_and_no_ceiling():
         ("px", 24, "holds"),
         ("px", 0, "holds"),
     ):
-        evidence = replace(BETTER, unit=unit, **kept(number, number))
+        evidence = replace(BETTER, unit=unit, **kept_tables(number, number))
         assert judge(ORDER, evidence).verdict == label, (unit, number)
 
 
 def test_ceiling_of_a_side_is_that_of_its_chosen_tracker():
     both = claim(better="A", worse=["B", "C"], test="order", margin=0.02)
     second = table({"B": 0.5 + NOISE, "C": 0.1 + NOISE})
-    kept_all = kept(24, 24)
+    kept_all = kept_tables(24, 24)
     lost = table({"C": [0.0] * 24})
     kept_all["kept_second"] = pd.concat([kept_all["kept_second"], lost])
     evidence = replace(BETTER, second=second, **kept_all)
@@ -294,7 +294,7 @@ def test_first_obstacle_is_the_reason():
         not_posed="3 of the first 40 scenes of ball meet the criteria of difficulty",
         lost_before=np.ones(24),
         favoured=True,
-        **kept(0, 0),
+        **kept_tables(0, 0),
     )
     obstacles = [
         ({}, "problem not posed: 3 of the first 40"),
@@ -342,7 +342,7 @@ def test_sum_line_equals_a_recount_of_the_table():
             (Evidence(), BETTER),
             (BETTER, favoured),
             (favoured, replace(BETTER, not_posed="none of 40 scenes is difficult")),
-            (replace(BETTER, **kept(24, 24)), replace(BETTER, **kept(0, 0))),
+            (replace(BETTER, **kept_tables(24, 24)), replace(BETTER, **kept_tables(0, 0))),
         )
     ]
     lines = {

@@ -198,10 +198,10 @@ def test_trackers_with_equal_boxes_do_not_pose_a_problem(report):
 def test_trackers_by_sequence_run_on_their_own_sequence_only(report):
     sides = {"better": ["camshift", "static"], "worse": ["static", "camshift"]}
     fields = {"test": "order", "margin": 0.02, "side_rule": "by sequence"}
-    found = judged(report, sequences=["target", "twice"], **sides, **fields)
-    pairs = found.first[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
+    different = judged(report, sequences=["target", "twice"], **sides, **fields)
+    pairs = different.first[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
     assert pairs == [["target", ADAPTIVE], ["twice", STATIC]]
-    pairs = found.second[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
+    pairs = different.second[["sequence", "tracker"]].drop_duplicates().to_numpy().tolist()
     assert pairs == [["target", STATIC], ["twice", ADAPTIVE]]
 
 

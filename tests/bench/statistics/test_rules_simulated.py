@@ -321,15 +321,15 @@ def simulated_scenes(random, n_claims, n_scenes, loss=0.0):
     """
     chances = random.choice([0.02, 0.2, 0.5, 0.8, 0.98], (n_claims, 1))
     shape = 2, n_claims, n_scenes
-    kept = random.random(shape) < chances
-    shares = np.where(kept, random.beta(40, 2, shape), random.beta(2, 4, shape))
-    return kept, shares - np.array([loss, 0.0]).reshape(2, 1, 1)
+    is_kept = random.random(shape) < chances
+    shares = np.where(is_kept, random.beta(40, 2, shape), random.beta(2, 4, shape))
+    return is_kept, shares - np.array([loss, 0.0]).reshape(2, 1, 1)
 
 
-def testable(kept, kind):
-    """Return which claims are neither at the floor nor at the ceiling; `kept`: (2, claims, n)."""
-    n = kept.shape[-1]
-    low, high = np.transpose([share_interval(k, n) for k in range(n + 1)])[:, kept.sum(axis=-1)]
+def testable(is_kept, kind):
+    """Return which claims are neither at floor nor at ceiling; `is_kept`: (2, claims, n)."""
+    n = is_kept.shape[-1]
+    low, high = np.transpose([share_interval(k, n) for k in range(n + 1)])[:, is_kept.sum(axis=-1)]
     floor = high < verdict_rules.FLOOR_SHARE
     ceiling = (low > verdict_rules.CEILING_SHARE).all(axis=0)
     return ~((floor.all(axis=0) if kind == "order" else floor[1]) | ceiling)
@@ -348,16 +348,16 @@ def test_wrong_claims_hold_in_at_most_one_of_forty_cases():
             wrong += np.sum(np.array(holds)[random.binomial(n, 0.5, n_claims)] == "holds")
             continue
         margin = 0.0 if kind == "order" else 0.05
-        kept, (first, second) = simulated_scenes(random, n_claims, n, margin)
+        is_kept, (first, second) = simulated_scenes(random, n_claims, n, margin)
         differences = first - second
         rule = order if kind == "order" else partial(no_worse, margin=margin)
-        is_testable = testable(kept, kind)
+        is_testable = testable(is_kept, kind)
         wrong += np.sum((rule(differences) == "holds") & is_testable)
         entry = claim(better="A", worse="B", test=kind, margin=margin or CLAIM_MARGIN)
         for k in range(40):
             evidence = Evidence(
                 *(scene_table(*side) for side in (("A", first[k]), ("B", second[k]))),
-                *(scene_table(*side) for side in (("A", kept[0, k]), ("B", kept[1, k]))),
+                *(scene_table(*side) for side in (("A", is_kept[0, k]), ("B", is_kept[1, k]))),
                 unit="share",
                 largest=1.0,
             )

@@ -118,7 +118,7 @@ def test_kept_interval_is_that_of_a_share_or_of_a_mean():
 
 
 @pytest.mark.parametrize(
-    ("kept", "n", "floor", "ceiling"),
+    ("n_kept", "n", "floor", "ceiling"),
     [
         (0, 24, True, False),  # upper end 0.142
         (1, 24, False, False),  # upper end 0.211
@@ -129,8 +129,8 @@ def test_kept_interval_is_that_of_a_share_or_of_a_mean():
         (23, 23, False, False),
     ],
 )
-def test_floor_and_ceiling_follow_from_exact_interval(kept, n, floor, ceiling):
-    interval = kept_interval([1.0] * kept + [0.0] * (n - kept))
+def test_floor_and_ceiling_follow_from_exact_interval(n_kept, n, floor, ceiling):
+    interval = kept_interval([1.0] * n_kept + [0.0] * (n - n_kept))
     assert (at_floor([interval]), at_ceiling([interval])) == (floor, ceiling)
     other = kept_interval([1.0] * 12 + [0.0] * 12)
     assert not at_floor([interval, other])

@@ -105,7 +105,7 @@ def test_end_is_the_last_twenty_frames_in_view():
 
 
 def test_target_recovers_if_most_frames_at_the_end_are_tracked():
-    recovered = find_measure("on_target_at_end", "nummiaro2003").kept
+    recovered = find_measure("on_target_at_end", "nummiaro2003").kept_measure
     for n_lost, expected in ((9, 1), (10, 0)):
         assert recovered(measured(shifted(slice(LEAVES - n_lost, N)))) == expected
 
