@@ -149,6 +149,33 @@ def test_terminal_shows_the_sum_lines_first(report, tmp_path):
     assert positions("\n".join(lines), ["CamShift keeps the target.", "20 / 3 of 20", "TI-1", file])
 
 
+def relabelled(report, labels):
+    """Return a report whose claims have other verdicts, given by setting for each claim."""
+    rows = [
+        replace(row, verdicts={s: replace(row.verdicts[s], verdict=label) for s, label in changed})
+        for row, of_claim in zip(report.verdicts, labels, strict=True)
+        for changed in [zip(SETTINGS, of_claim, strict=True)]
+    ]
+    return replace(report, verdicts=rows)
+
+
+@pytest.mark.parametrize(
+    ("as_written", "recommended", "n_listed"),
+    [
+        ("does not hold", "does not hold", 3),
+        ("holds", "does not hold", 3),
+        ("does not hold", "holds", 0),
+        ("does not hold", "not testable here", 0),
+        ("does not hold", "by construction", 0),
+    ],
+)
+def test_terminal_lists_what_does_not_hold_as_recommended(
+    report, tmp_path, as_written, recommended, n_listed
+):
+    text = "\n".join(report_lines(relabelled(report, [(as_written, recommended)] * 3), tmp_path))
+    assert (f"Does not hold ({n_listed})" in text) == ("TI-3" in text) == (n_listed > 0)
+
+
 def test_no_csv_has_fewer_rows_than_its_table(report, tmp_path):
     write_tables(tmp_path, report.tables)
     assert_tables_have_rows(tmp_path)
@@ -456,6 +483,21 @@ def test_verdicts_are_grouped_by_the_recommended_setting(page, report):
     found = re.findall(r"<h3 .*?</span> (.*?) <small>(.*?)</small></h3>", text)
     assert {heading: int(n) for heading, n in found} == headings
     assert text.count('<details class="claim"') == len(report.verdicts)
+
+
+def test_claims_that_are_not_counted_have_groups_of_their_own(report, tmp_path):
+    labels = ["by construction", "not testable here", "does not hold"]
+    judged_otherwise = relabelled(report, [("does not hold", label) for label in labels])
+    text = sections(write_html_page(tmp_path / "report.html", judged_otherwise)[0])["Verdicts"]
+    groups = re.split(r"<h3 .*?</span> (.*?) <small>", text)[1:]
+    assert {
+        heading: re.findall(r'id="claim-(.*?)"', group)
+        for heading, group in zip(groups[::2], groups[1::2], strict=True)
+    } == {
+        "Does not hold, recommended": ["TI-3"],
+        "By construction, recommended": ["TI-1"],
+        "Not testable here, recommended": ["TI-2"],
+    }
 
 
 def test_verdict_opens_the_worst_run_of_its_first_tracker(page, report):
