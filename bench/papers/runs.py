@@ -38,6 +38,8 @@ class PaperRuns:
         self._results_root, self._requested, self._rules = results_root, requested, rules
         self.stored_runs = cache(self._stored_runs)
         self.measured_runs = cache(self._measured_runs)
+        # Parsing reads the metadata of all installed packages: about 20 ms.
+        self._label = cache(lambda tracker: parse_tracker(tracker).label)
 
     @cached_property
     def _rows(self) -> dict[tuple[str, str], tuple[Runs, dict[int, Mapping[str, Any]]]]:
@@ -65,7 +67,7 @@ class PaperRuns:
     def _stored_runs(self, tracker: str, sequence: str) -> list[RunWithTruth]:
         """Return the runs of a tracker on a sequence (both specifications), by repetition."""
         name, _ = datasets.name_and_fingerprint(sequence)
-        pair = parse_tracker(tracker).label, name
+        pair = self._label(tracker), name
         if pair not in self._rows:
             return []
         runs, by_repetition = self._rows[pair]

@@ -36,8 +36,8 @@ def report_lines(
 
 
 def _claims(rows: list[VerdictRow], verbose: bool) -> list[str]:
-    """Return lines on all claims, or on the first of those that do not hold."""
-    failing = [row for row in rows if "does not hold" in _verdicts(row)]
+    """Return lines on all claims, or on the first of those that do not hold as recommended."""
+    failing = [row for row in rows if row.verdicts[SETTINGS[-1]].verdict == "does not hold"]
     listed = rows if verbose else failing[:_MAX_CLAIMS]
     if not listed:
         return []

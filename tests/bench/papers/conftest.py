@@ -146,6 +146,7 @@ candidates = [{ name = "16 bins", changed_options = { camshift = "hue_bins=16" }
 """,
     "development.csv": (
         "data,sequence,tracker,variant,measure,value,n,reference,difference,low,high,decision\n"
+        "scenes,all,camshift,16 bins,on_target,0.75,12,recommended,0.25,0.125,0.375,better\n"
     ),
     "notes.md": """
 ## What differs and why

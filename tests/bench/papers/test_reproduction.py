@@ -149,6 +149,33 @@ def test_terminal_shows_the_sum_lines_first(report, tmp_path):
     assert positions("\n".join(lines), ["CamShift keeps the target.", "20 / 3 of 20", "TI-1", file])
 
 
+def relabelled(report, labels):
+    """Return a report whose claims have other verdicts, given by setting for each claim."""
+    rows = [
+        replace(row, verdicts={s: replace(row.verdicts[s], verdict=label) for s, label in changed})
+        for row, of_claim in zip(report.verdicts, labels, strict=True)
+        for changed in [zip(SETTINGS, of_claim, strict=True)]
+    ]
+    return replace(report, verdicts=rows)
+
+
+@pytest.mark.parametrize(
+    ("as_written", "recommended", "n_listed"),
+    [
+        ("does not hold", "does not hold", 3),
+        ("holds", "does not hold", 3),
+        ("does not hold", "holds", 0),
+        ("does not hold", "not testable here", 0),
+        ("does not hold", "by construction", 0),
+    ],
+)
+def test_terminal_lists_what_does_not_hold_as_recommended(
+    report, tmp_path, as_written, recommended, n_listed
+):
+    text = "\n".join(report_lines(relabelled(report, [(as_written, recommended)] * 3), tmp_path))
+    assert (f"Does not hold ({n_listed})" in text) == ("TI-3" in text) == (n_listed > 0)
+
+
 def test_no_csv_has_fewer_rows_than_its_table(report, tmp_path):
     write_tables(tmp_path, report.tables)
     assert_tables_have_rows(tmp_path)
@@ -398,6 +425,12 @@ def sections(page):
     return dict(zip(parts[::2], parts[1::2], strict=True))
 
 
+def main_rows(page):
+    """Return the rows of the main table."""
+    text = sections(page)["The paper&#39;s results and ours"]
+    return re.findall(r'<tr class="first"[^>]*>(.*?)</tr>', text, re.S)
+
+
 def opened(part, data):
     """Return the player addresses in the links of a part of a page."""
     links = [address_of(link, data) for link in re.findall(r'href="(#\d[^"]*)"', part)]
@@ -435,8 +468,7 @@ def test_details_are_folded(page):
 
 
 def test_values_of_the_main_table_have_the_paper_next_to_them(page, report):
-    text = sections(page)["The paper&#39;s results and ours"]
-    rows = re.findall(r"<tr class=\"first\">(.*?)</tr>", text, re.S)
+    rows = main_rows(page)
     cells = [" ".join(re.sub("<.*?>", " ", cell).split()) for cell in rows[1].split("</td>")]
     assert cells[0].endswith("20 / 3 of 20")
     assert cells[2] == report.main[0].rows[1][-1].text
@@ -446,34 +478,50 @@ def test_values_of_the_main_table_have_the_paper_next_to_them(page, report):
 
 def test_verdicts_are_grouped_by_the_recommended_setting(page, report):
     text = sections(page)["Verdicts"]
-    held = sum(row.verdicts["recommended"].verdict == "holds" for row in report.verdicts)
-    assert f"Holds, recommended <small>{held}</small>" in text
+    counts = Counter(row.verdicts["recommended"].verdict for row in report.verdicts)
+    headings = {f"{label.capitalize()}, recommended": n for label, n in counts.items()}
+    found = re.findall(r"<h3 .*?</span> (.*?) <small>(.*?)</small></h3>", text)
+    assert {heading: int(n) for heading, n in found} == headings
     assert text.count('<details class="claim"') == len(report.verdicts)
 
 
+def test_claims_that_are_not_counted_have_groups_of_their_own(report, tmp_path):
+    labels = ["by construction", "not testable here", "does not hold"]
+    judged_otherwise = relabelled(report, [("does not hold", label) for label in labels])
+    text = sections(write_html_page(tmp_path / "report.html", judged_otherwise)[0])["Verdicts"]
+    groups = re.split(r"<h3 .*?</span> (.*?) <small>", text)[1:]
+    assert {
+        heading: re.findall(r'id="claim-(.*?)"', group)
+        for heading, group in zip(groups[::2], groups[1::2], strict=True)
+    } == {
+        "Does not hold, recommended": ["TI-3"],
+        "By construction, recommended": ["TI-1"],
+        "Not testable here, recommended": ["TI-2"],
+    }
+
+
 def test_verdict_opens_the_worst_run_of_its_first_tracker(page, report):
-    links = opened(sections(page)["Verdicts"], data_of(page.read_text()))
-    assert [link["tracker"] for link in links] == [
-        *["camshift, as written", "camshift, recommended"] * 2,
-        *["static"] * 2,
-    ]
+    text = page.read_text()
+    claims = re.findall(r'id="claim-(TI-\d)">(.*?)</details>', text, re.S)
+    links = {name: opened(part, data_of(text)) for name, part in claims}
+    camshift = ["camshift, as written", "camshift, recommended"]
+    assert {name: [link["tracker"] for link in of_claim] for name, of_claim in links.items()} == {
+        "TI-1": camshift, "TI-2": ["static"] * 2, "TI-3": camshift,
+    }  # fmt: skip
     values = report.verdicts[0].evidence["recommended"].first
-    assert links[1]["sequence"] == values.loc[values["value"].idxmax(), "scene"]
+    assert links["TI-1"][1]["sequence"] == values.loc[values["value"].idxmax(), "scene"]
 
 
 def test_cell_of_main_table_opens_its_worst_run(page, report):
-    *_, cell = opened(sections(page)["The paper&#39;s results and ours"], data_of(page.read_text()))
-    measured_runs = report.context.runs.measured_runs
-    scenes = report.verdicts[0].evidence["recommended"].first["scene"]
-    frames = {
-        (text, s): measured_runs(text, s)[0].on_target.sum() for text in TEXTS for s in scenes
-    }
-    text = (
-        "static:preset=recommended"
-        if cell["tracker"] == "static"
-        else "camshift:preset=recommended"
-    )
-    assert frames[text, cell["sequence"]] == min(frames.values())
+    _, counts, comparison = (opened(row, data_of(page.read_text())) for row in main_rows(page))
+    runs = report.context.runs
+    of_counts = counts[-2:]  # recommended
+    assert [cell["tracker"] for cell in of_counts] == ["camshift, recommended", "static"]
+    for cell, text in zip(of_counts, TEXTS, strict=True):
+        frames = {scene: runs.measured_runs(text, scene)[0].on_target.sum() for scene in SCENES}
+        assert frames[cell["sequence"]] == min(frames.values())
+    errors = {scene: runs.measured_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES}
+    assert comparison[-1]["sequence"] == max(errors, key=errors.__getitem__)
 
 
 def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatch):
@@ -485,7 +533,7 @@ def test_numbers_open_frames_that_are_in_the_page(tiny, report, page, monkeypatc
         stored_frames = {scene["name"]: scene["frame_numbers"] for scene in data["sequences"]}
         assert any(stored_frames.values()) == (file == few)
         places = opened(text, data)
-        assert len(places) == 10
+        assert len(places) == 14  # eight in the main table, two for each claim
         for place in places:
             frames = stored_frames[place["sequence"]]
             assert frames is None or int(place["frame"]) in frames
