@@ -45,9 +45,10 @@ LABEL_SENTENCES = {
         "the claim is not counted."
     ),
     "not testable here": (
-        "*Not testable here*: our scenes can show nothing about the claim. All compared trackers "
-        "keep the target in nearly all scenes (*ceiling*) or in nearly none (*floor*), the target "
-        "is lost before the event of the claim, or the problem does not arise."
+        "*Not testable here*: our scenes can show nothing about the claim. One reason is that "
+        "all compared trackers keep the target in nearly all scenes (*ceiling*) or in nearly none "
+        "(*floor*). Others are that the target is lost before the event of the claim, or that the "
+        "problem does not arise."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""

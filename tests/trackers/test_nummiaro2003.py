@@ -298,7 +298,7 @@ def test_moving_target_is_followed(parameters):
 
 
 def test_hidden_target_is_found_again():
-    tracker = started(seed=3, placement="predicted", sigma=0.05)
+    tracker = started(seed=3, sigma=0.05)
     follow(tracker, [with_target(40 + k) for k in range(8)])
     hidden = follow(tracker, [ground(k) for k in range(10)])
     assert [estimate.details["mode"] for estimate in hidden[:2]] == [1, 1]
