@@ -8,12 +8,9 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.parameters import (
-    OPTION,
-    Parameters,
     TrackerError,
     choice,
     chosen,
-    fraction,
     integer,
     nonnegative,
     printed,
@@ -29,11 +26,12 @@ from trackmark.trackers.maps.back_projection import (
     mean_shift,
     window_size,
 )
+from trackmark.trackers.maps.colour_limits import ColourLimits
 
 __all__ = ["CamShift"]
 
 
-class CamShiftParameters(Parameters):
+class CamShiftParameters(ColourLimits):
     """Parameters of `CamShift`."""
 
     window: Literal["fixed", "adaptive"] = choice(
@@ -60,15 +58,6 @@ class CamShiftParameters(Parameters):
         11,
         "maximum number of mean shift steps per frame [count]",
         origin=printed("section 2.2, step 3: stop if n₁ > n₀ = 10, after n₁ was increased"),
-    )
-    minimum_saturation: float = fraction(
-        0.0, "pixels with a lower saturation get weight 0 [fraction]", origin=OPTION
-    )
-    minimum_value: float = fraction(
-        0.0, "pixels with a lower value (HSV) get weight 0 [fraction]", origin=OPTION
-    )
-    maximum_value: float = fraction(
-        1.0, "pixels with a higher value (HSV) get weight 0 [fraction]", origin=OPTION
     )
 
 

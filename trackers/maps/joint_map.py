@@ -16,8 +16,6 @@ from pydantic import AfterValidator, Field
 from trackmark.trackers.base.arrays import Array, Ints
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.base.parameters import (
-    OPTION,
-    Parameters,
     TrackerError,
     bounded,
     choice,
@@ -28,6 +26,7 @@ from trackmark.trackers.base.parameters import (
     printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.maps.colour_limits import ColourLimits
 from trackmark.trackers.maps.differences import (
     MAX_WINDOW,
     FrameMotion,
@@ -271,7 +270,7 @@ def _odd(value: int) -> int:
     return value
 
 
-class ColourMotionParameters(Parameters):
+class ColourMotionParameters(ColourLimits):
     """Parameters of `ColourMotionModel`; the defaults are the values of Wang & Tang 2010."""
 
     alpha: float = fraction(
@@ -318,15 +317,6 @@ class ColourMotionParameters(Parameters):
         2.0,
         "λ: number of standard deviations in the adaptive threshold [ratio]",
         origin=printed("section 2.1.2, step 4: λ = 2"),
-    )
-    minimum_saturation: float = fraction(
-        0.0, "pixels with a lower saturation get weight 0 [fraction]", origin=OPTION
-    )
-    minimum_value: float = fraction(
-        0.0, "pixels with a lower value (HSV) get weight 0 [fraction]", origin=OPTION
-    )
-    maximum_value: float = fraction(
-        1.0, "pixels with a higher value (HSV) get weight 0 [fraction]", origin=OPTION
     )
 
 
