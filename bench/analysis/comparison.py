@@ -40,7 +40,7 @@ from trackmark.reports.tables import ScoreMeasure
 
 if TYPE_CHECKING:
     from trackmark.bench.analysis.families import Families
-    from trackmark.bench.analysis.published_scores import PublishedSet
+    from trackmark.bench.analysis.published_sets import PublishedSet
 
 Means: TypeAlias = Mapping[str, NDArray[np.float64]]
 """Means over repetitions, shape (n_sequences,), by tracker."""

@@ -46,7 +46,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.analysis.comparison import Comparison
-    from trackmark.bench.analysis.published_scores import PublishedSet
+    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.exchange.importing import ImportedTracker
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import ScoreMeasure
@@ -117,7 +117,7 @@ def command(options: CompareOptions) -> int:
     from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.families import read_families
-    from trackmark.bench.analysis.published_scores import PublishedSet
+    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.protocols import ONE_PASS, parse_protocol
     from trackmark.bench.store.keys import single_experiment
 
@@ -196,7 +196,7 @@ def _metrics(names: Sequence[str], protocol: str) -> list[str]:
 
 def _published(text: str | None) -> "Path | PublishedSet | None":
     """Return the published set of this name, or else the file."""
-    from trackmark.bench.analysis.published_scores import SETS
+    from trackmark.bench.analysis.published_sets import SETS
 
     if text is None or text in SETS:
         return SETS.get(text or "")

@@ -96,7 +96,7 @@ def _summaries(kind: str) -> dict[str, str]:
 
         return readers.formats()
     if kind == "published":
-        from trackmark.bench.analysis.published_scores import SETS
+        from trackmark.bench.analysis.published_sets import SETS
 
         return {name: f"{entry.summary}; {entry.source}" for name, entry in SETS.items()}
     from trackmark.bench.experiments.experiment import experiment_names, read_experiment

@@ -48,20 +48,32 @@ def sensitivity_cases(table: Sensitivity) -> list[Case]:
 
 
 def plan_experiments(
-    paper: Paper, cases: Iterable[Case], repetitions: int, suffix: str = ""
+    paper: Paper,
+    cases: Iterable[Case],
+    repetitions: int,
+    suffix: str = "",
+    whole: Iterable[Case] | None = None,
 ) -> list[Experiment]:
-    """Convert cases to experiments; sequences with the same trackers share an experiment."""
-    trackers: dict[tuple[PaperSequence, str, int], list[str]] = {}
-    for case in cases:
-        key = case.sequence, case.sequence_options, case.n_scenes
-        trackers.setdefault(key, []).append(case.tracker)
-    groups: dict[tuple[str, ...], list[Case]] = {}
+    """Convert cases to experiments; sequences with the same trackers share an experiment.
+
+    `whole`: cases of the full reproduction, of which `cases` are a part. They decide which
+    sequences share an experiment, so that a quick reproduction stores its runs where the full one
+    looks for them.
+    """
+    trackers = _trackers_by_sequence(cases)
+    all_trackers = trackers if whole is None else _trackers_by_sequence(whole)
+    specs_of = {sequence: specs for (sequence, *_), specs in all_trackers.items()}
+    first_of_group: dict[tuple[str, ...], PaperSequence] = {}
+    for (sequence, *_), specs in all_trackers.items():
+        first_of_group.setdefault(specs, sequence)
+    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Case]] = {}
     for (sequence, options, n_scenes), specs in trackers.items():
-        group = groups.setdefault(tuple(specs), [])
+        group = groups.setdefault((specs_of[sequence], specs), [])
         group.append(Case(specs[0], sequence, n_scenes, options))
     planned: list[Experiment] = []
-    for tracker_specs, group in groups.items():
-        name = f"{paper.name}-{suffix}{group[0].sequence.name.replace(' ', '-')}"
+    for (group_specs, tracker_specs), group in groups.items():
+        first = first_of_group[group_specs]
+        name = f"{paper.name}-{suffix}{first.name.replace(' ', '-')}"
         while name in {item.name for item in planned}:
             name += "-more"
         scenes = dict.fromkeys(scene for case in group for scene in case.scenes_of_members)
@@ -76,3 +88,14 @@ def plan_experiments(
             )
         )
     return planned
+
+
+def _trackers_by_sequence(
+    cases: Iterable[Case],
+) -> dict[tuple[PaperSequence, str, int], tuple[str, ...]]:
+    """Return the specifications of the trackers of each sequence, its options and scenes."""
+    trackers: dict[tuple[PaperSequence, str, int], tuple[str, ...]] = {}
+    for case in cases:
+        key = case.sequence, case.sequence_options, case.n_scenes
+        trackers[key] = (*trackers.get(key, ()), case.tracker)
+    return trackers

@@ -1,7 +1,7 @@
 """Reproduction of a paper: experiments and report."""
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -63,7 +63,9 @@ class Reproduction:
         paper = self.paper
         repetitions = 1 if options.quick else paper.repetitions
         repetitions = min(repetitions, options.repetitions or repetitions)
-        planned = plan_experiments(paper, required_cases(paper, options), repetitions)
+        whole = required_cases(paper, replace(options, quick=False))
+        cases = required_cases(paper, options)
+        planned = plan_experiments(paper, cases, repetitions, whole=whole)
         if options.with_sensitivity:
             table = read_sensitivity(paper)
             repetitions = min(table.repetitions, paper.repetitions)

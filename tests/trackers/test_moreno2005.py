@@ -196,7 +196,7 @@ def run(name, clip, **parameters):
 VARIANTS = [
     ("moreno2005", {}),
     ("moreno2005", {"position": "kalman"}),
-    ("contour-smooth-color", {}),
+    ("contour-smooth-color", {"mixing": 1.0}),
 ]
 
 

@@ -7,7 +7,8 @@ import pytest
 from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
 from trackmark.bench.analysis.decisions import answer_of
-from trackmark.bench.analysis.published_scores import SETS, with_published
+from trackmark.bench.analysis.published_scores import with_published
+from trackmark.bench.analysis.published_sets import SETS
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.datasets.official_sets import SETS as OFFICIAL_SETS
 
