@@ -480,8 +480,8 @@ def test_verdicts_are_grouped_by_the_recommended_setting(page, report):
     text = sections(page)["Verdicts"]
     counts = Counter(row.verdicts["recommended"].verdict for row in report.verdicts)
     headings = {f"{label.capitalize()}, recommended": n for label, n in counts.items()}
-    found = re.findall(r"<h3 .*?</span> (.*?) <small>(.*?)</small></h3>", text)
-    assert {heading: int(n) for heading, n in found} == headings
+    printed = re.findall(r"<h3 .*?</span> (.*?) <small>(.*?)</small></h3>", text)
+    assert {heading: int(n) for heading, n in printed} == headings
     assert text.count('<details class="claim"') == len(report.verdicts)
 
 

@@ -106,7 +106,8 @@ def test_end_is_the_last_twenty_frames_in_view():
 
 def test_target_recovers_if_most_frames_at_the_end_are_tracked():
     recovered = find_measure("on_target_at_end", "nummiaro2003").kept_measure
-    for n_lost, expected in ((9, 1), (10, 0)):
+    # The last three frames before the exit are partly out of view, so that they do not count.
+    for n_lost, expected in ((12, 1), (13, 0)):
         assert recovered(measured(shifted(slice(LEAVES - n_lost, N)))) == expected
 
 
