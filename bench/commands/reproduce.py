@@ -71,10 +71,8 @@ def command(options: ReproduceOptions) -> int:
     if (options.paper is None) != options.all_papers:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
-    if page is not None and (options.all_papers or quick):
-        raise click.UsageError(
-            "--page requires one PAPER and verdicts. Omit --all-papers and --quick."
-        )
+    if page is not None and options.all_papers:
+        raise click.UsageError("--page requires one PAPER. Omit --all-papers.")
     if quick and options.with_sensitivity:
         raise click.UsageError("Give either --quick or --all.")
     if page is not None:

@@ -92,7 +92,6 @@ reproduce multi-part | Did you mean 'multipart'?
 reproduce | Give one PAPER (moreno2005,
 reproduce multipart --all-papers | Give one PAPER
 reproduce --all-papers --page page.md | --page requires one PAPER
-reproduce multipart --quick --page page.md | requires one PAPER and verdicts
 reproduce multipart --quick --all | either --quick or --all
 {ANNOTATE} --box 0:1,2,3 | FRAME:X,Y,WIDTH,HEIGHT
 {ANNOTATE} --box x | FRAME:X,Y,WIDTH,HEIGHT
