@@ -13,7 +13,7 @@ from trackmark.reports.renderers import to_markdown
 
 NOT_JUDGED = (
     "The claims of this paper have not been judged on the present scenes. The numbers below are a "
-    "quick look at {n_scenes} scenes of each sequence."
+    "quick look; their caption states the number of scenes."
 )
 """Sentence on a page without verdicts, as `reproduce --quick` writes it."""
 
@@ -45,8 +45,10 @@ def page(report: Report, path: Path, pictures: Path) -> str:
     details = details_file(path).name
     more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
     parts = [f"# {report.paper.title}", report.paper.citation]
-    no_answer = [report.paper.method, NOT_JUDGED.format(n_scenes=report.context.n_scenes)]
-    finding, *sums, labels = answer(report.paper, report.verdicts) or no_answer
+    finding, *sums, labels = answer(report.paper, report.verdicts) or [
+        report.paper.method,
+        NOT_JUDGED,
+    ]
     lines = "\n".join(f"- {line}" for line in sums)
     parts += [f"**{finding}**" if sums else finding, lines, labels, more]
     for section in report.sections:
