@@ -117,7 +117,8 @@ def test_pictures_of_a_page_exist_and_have_texts(paper):
     for text, address in pictures:
         file = FOLDER / address
         assert file.stat().st_size <= MAX_FILE
-        assert Image.open(file).width >= 600
+        with Image.open(file) as picture:
+            assert picture.width >= 600
         assert len(text.split()) >= 5
 
 
