@@ -225,7 +225,8 @@ def test_describe_lists_parameters_with_type_and_meaning(plugin):
     assert "Bradski" in actual["paper"]
     assert actual["randomness"] == "none"
     assert set(actual["presets"]) == {"as-written", "recommended"}
-    window, bins = actual["parameters"][:2]
+    by_name = {about["name"]: about for about in actual["parameters"]}
+    window, bins = by_name["window"], by_name["hue_bins"]
     assert [*window.values()][:3] == ["window", "fixed | adaptive", "fixed"]
     assert [*bins.values()][:3] == ["hue_bins", "int", 32]
     assert bins["meaning"].endswith("[count]")
