@@ -51,6 +51,8 @@ def overlay(
     interpolation = cv2.INTER_CUBIC if scale > 1 else cv2.INTER_AREA
     size = [max(1, round(side * scale)) for side in image.shape[1::-1]]
     drawn = np.asarray(cv2.resize(image, size, interpolation=interpolation), np.uint8)
+    if caption:
+        _write_caption(drawn, caption)  # below the boxes, so that it hides none
     # Sizes are whole pixels: the actual factors differ slightly from `scale`.
     factors = np.divide(drawn.shape[1::-1], image.shape[1::-1])
     placed = {label: _polygons(box, shape, factors) for label, box in boxes.items()}
@@ -68,9 +70,17 @@ def overlay(
         shade = to_bgr(TRUTH_COLOUR if label == TRUTH else colours[label])
         _draw(drawn, outline, shade, 1, dashed=label == TRUTH)
     _draw(drawn, truth, to_bgr(TRUTH_COLOUR), 1, dashed=True)
-    if caption:
-        write_line(drawn, caption, (5, 17))
     return drawn
+
+
+def _write_caption(image: NDArray[np.uint8], caption: str) -> None:
+    """Write light text on a dark plate in the upper left corner, larger in wider images."""
+    caption = _replace_surrogates(caption)
+    size = min(max(image.shape[1] / 480, 0.5), 0.8)
+    width = cv2.getTextSize(caption, _FONT, size, 1)[0][0]
+    bottom, base_line = round(40 * size), round(28 * size)  # the same for all letters
+    cv2.rectangle(image, (0, 0), (width + 9, bottom), _DARK, cv2.FILLED)
+    cv2.putText(image, caption, (5, base_line), _FONT, size, _LIGHT, 1, cv2.LINE_AA)
 
 
 def legend(labels: Iterable[str], colours: Mapping[str, str], width: int) -> NDArray[np.uint8]:

@@ -164,7 +164,7 @@ def test_film_strip_shows_requested_frames_in_order(tmp_path):
 @pytest.mark.parametrize("size", [(60, 80), (61, 83), (480, 640)])
 def test_video_is_h264_with_all_frames_and_boxes(tmp_path, size):
     n = 12
-    boxes = {"a": np.array([[10 + i, 10, 30, 25] for i in range(n)], float)}
+    boxes = {"a": np.array([[10 + i, 30, 30, 25] for i in range(n)], float)}
     images = ((i, np.full((*size, 3), 128, np.uint8)) for i in range(n))
     save_video(tmp_path / "v.mp4", images, boxes, fps=12.5)
     with av.open(str(tmp_path / "v.mp4")) as video:
@@ -176,9 +176,9 @@ def test_video_is_h264_with_all_frames_and_boxes(tmp_path, size):
     assert decoded[0].shape[0] % 2 == decoded[0].shape[1] % 2 == 0
     scale = max(1, 480 / size[1])
     for i in (0, n - 1):
-        x, y = (10 + i + 15) * scale, 10 * scale
+        x, y = (10 + i + 15) * scale, 30 * scale
         assert is_colour(decoded[i][int(y) - 2 : int(y) + 3, int(x)], 0, 60).any()
-        assert np.abs(decoded[i][int((10 + 12) * scale), int(x)].astype(int) - 128).max() < 12
+        assert np.abs(decoded[i][int((30 + 12) * scale), int(x)].astype(int) - 128).max() < 12
 
 
 def test_video_needs_frames(tmp_path):
