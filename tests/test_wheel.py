@@ -12,8 +12,10 @@ import pytest
 from hatchling.builders.sdist import SdistBuilder
 from hatchling.builders.wheel import WheelBuilder
 
+import trackmark
 from trackmark import datasets
 from trackmark.bench.package_version import package_version
+from trackmark.datasets import samples
 
 ROOT = Path(__file__).parents[1]
 USE_BOTH = """
@@ -35,6 +37,12 @@ def archives(tmp_path_factory):
     return [Path(next(builder.build(directory=folder))) for builder in builders]
 
 
+def test_module_runs_as_the_command():
+    call = [sys.executable, "-m", "trackmark", "--version"]
+    printed = subprocess.run(call, capture_output=True, text=True, check=True).stdout
+    assert printed == f"trackmark {trackmark.__version__}\n"
+
+
 def test_archives_pass_the_checks_of_a_package_index(archives):
     programs = Path(sys.executable).parent
     subprocess.run([programs / "twine", "check", "--strict", *archives], check=True)
@@ -42,7 +50,14 @@ def test_archives_pass_the_checks_of_a_package_index(archives):
 
 
 def test_wheel_is_small(archives):
-    assert archives[0].stat().st_size < 3e6
+    assert archives[0].stat().st_size - samples.CLIP.stat().st_size < 3e6
+
+
+def test_clip_of_the_samples_has_its_licence(archives):
+    with ZipFile(archives[0]) as wheel:
+        licence = wheel.read("trackmark/datasets/samples/LICENCE.txt").decode()
+        assert f"trackmark/datasets/samples/{samples.CLIP.name}" in wheel.namelist()
+    assert "Redistribution and use in source and binary forms" in licence
 
 
 def test_source_archive_builds_the_same_wheel(archives, tmp_path):
