@@ -235,7 +235,7 @@ def test_removed_working_directory_is_one_line(trackmark, tmp_path, monkeypatch)
 
 
 @pytest.mark.parametrize("damage", ["truth", "image"])
-def test_all_unusable_trackers_and_sequences_are_named_before_a_run(
+def test_unusable_trackers_and_sequences_are_named_together(
     trackmark, otb, workspace, monkeypatch, damage
 ):
     monkeypatch.chdir(workspace)
