@@ -8,14 +8,14 @@ FULL   := $(VENV)/.ready-full
 DOCS   := $(VENV)/.ready-docs
 SITE   := out/site
 # Quiet twice: show errors, but no warnings, for example about missing folders of the package index.
-# `compileall` uses all cores, pip one. It fails at files of Python 2 in scikit-video, which are unused.
+# `compileall` uses all cores, pip one.
 $(READY): EXTRAS = dev
 $(FULL): EXTRAS = dev,dask,docs
 $(DOCS): EXTRAS = dev,docs
 define install
 @PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
   --disable-pip-version-check --no-compile --editable '.[$(EXTRAS)]'
-@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib || true
+@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
 endef
 # Tests start hundreds of processes: keep compiled bytecode for them, even if the environment forbids it.
 test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =

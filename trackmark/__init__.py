@@ -68,7 +68,11 @@ _HOMES = {
 
 
 def __getattr__(name: str) -> Any:
-    """Import a public name on its first use."""
+    """Import a public name on its first use; `__version__` is that of the installed package."""
+    if name == "__version__":
+        from trackmark.bench.package_version import package_version
+
+        return package_version()
     if name not in _HOMES:
         raise AttributeError(f"module 'trackmark' has no attribute {name!r}")
     module = importlib.import_module(_HOMES[name])

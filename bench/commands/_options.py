@@ -6,7 +6,7 @@ import inspect
 import re
 import types
 import typing
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from math import isfinite
 from pathlib import Path
@@ -319,18 +319,32 @@ def split_list(joined: str) -> list[str]:
     return [item.strip() for item in joined.split(",") if item.strip()]
 
 
-def matching_sequences(selection: str, truth: Path | None = None) -> tuple[SequenceSpec, ...]:
+def matching_sequences(
+    selection: str, truth: Path | None = None, trackers: Iterable[str] = ()
+) -> tuple[SequenceSpec, ...]:
     """Return the distinct sequences of a comma-separated list of names, paths and patterns.
 
     Items such as `!Board` or `!car*` exclude sequences, also incomplete ones in a folder.
 
     Raises `SequenceError` for a pattern without match, and `ExperimentError` if `truth` is given
-    for more or fewer than one sequence.
+    for more or fewer than one sequence. If sequences cannot be used, the error also names those of
+    `trackers` that cannot be used.
     """
+    from trackmark.datasets.interface import UnusableSequencesError
     from trackmark.datasets.selection import select_sequences
 
-    with report_slow_work("Looking for sequences"):
-        names = select_sequences(split_list(selection))
+    try:
+        with report_slow_work("Looking for sequences"):
+            names = select_sequences(split_list(selection))
+    except UnusableSequencesError as error:
+        from trackmark.bench.experiments.tracker_spec import resolve_specs
+        from trackmark.trackers import TrackerError
+
+        try:
+            resolve_specs(trackers)
+        except TrackerError as unusable:
+            raise TrackerError(f"{unusable}\n{error}") from None
+        raise
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSpec(name, truth) for name in names)

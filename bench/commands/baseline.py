@@ -95,7 +95,8 @@ def command(options: BaselineOptions) -> int:
             "tracker; --force replaces the file with its list of accepted changes."
         )
     experiment = f"baseline-{path.stem}"
-    trackers, sequences = split_list(options.trackers), matching_sequences(options.sequences)
+    trackers = split_list(options.trackers)
+    sequences = matching_sequences(options.sequences, trackers=trackers)
     check_outputs({"NAME": path}, input_files(trackers, sequences))
     requested = Experiment(experiment, tuple(trackers), sequences)
     environment = current_environment()  # before the runs: a library that is missing costs no runs

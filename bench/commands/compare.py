@@ -259,7 +259,7 @@ def _run(
     experiment = Experiment(
         name=options.name or default_name(trackers, split_list(sequences), None),
         trackers=tuple(trackers),
-        sequences=matching_sequences(sequences),
+        sequences=matching_sequences(sequences, trackers=trackers),
         repetitions=options.repetitions or Experiment.repetitions,
         protocol=options.protocol or Experiment.protocol,
     )

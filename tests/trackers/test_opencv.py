@@ -101,7 +101,7 @@ def test_init_box_that_opencv_refuses_is_rejected(moving_target):
 
 
 def test_missing_opencv_tracker_error_has_a_remedy():
-    with pytest.raises(ImportError, match="has no TrackerOfTheFuture; install opencv-contrib"):
+    with pytest.raises(ImportError, match="has no TrackerOfTheFuture; run `pip install"):
         find_factory("OfTheFuture")
 
 

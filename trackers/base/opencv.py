@@ -22,7 +22,7 @@ from trackmark.trackers.base.interface import (
 )
 from trackmark.trackers.base.parameters import Parameters, TrackerError
 
-CONTRIBUTED = "install opencv-contrib-python-headless in place of opencv-python-headless"
+CONTRIBUTED = "run `pip install --force-reinstall --no-deps opencv-contrib-python-headless`"
 
 
 def find_factory(name: str, remedy: str = CONTRIBUTED) -> Callable[..., Any]:

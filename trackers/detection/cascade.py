@@ -35,8 +35,8 @@ def cascade(file: str | Path, neighbours: int = 3) -> Callable[[Image], NDArray[
         raise TrackerError(f"{file}: this cascade file does not exist.")
     if not hasattr(cv2, "CascadeClassifier"):
         raise TrackerError(
-            f"the installed OpenCV {cv2.__version__} has no cascade classifier; install "
-            "opencv-contrib-python-headless in place of opencv-python-headless."
+            f"the installed OpenCV {cv2.__version__} has no cascade classifier; run "
+            "`pip install --force-reinstall --no-deps opencv-contrib-python-headless`."
         )
     try:
         classifier = cv2.CascadeClassifier(str(file))

@@ -33,8 +33,8 @@ def people(least_score: float = 0.0) -> Callable[[Image], NDArray[np.float64]]:
     """
     if not hasattr(cv2, "HOGDescriptor"):
         raise TrackerError(
-            f"the installed OpenCV {cv2.__version__} has no HOG detector; install "
-            "opencv-contrib-python-headless in place of opencv-python-headless."
+            f"the installed OpenCV {cv2.__version__} has no HOG detector; run "
+            "`pip install --force-reinstall --no-deps opencv-contrib-python-headless`."
         )
     hog = cv2.HOGDescriptor()
     hog.setSVMDetector(cv2.HOGDescriptor.getDefaultPeopleDetector())

@@ -87,10 +87,26 @@ def test_doctor_finds_opencv_under_any_name(trackmark, monkeypatch, name):
 
 
 def test_doctor_reports_two_distributions_of_opencv(trackmark, monkeypatch):
-    installed_as(monkeypatch, "opencv-python", "opencv-contrib-python")
-    problems = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
-    names = "opencv-contrib-python, opencv-python"
-    assert f"2 distributions provide cv2 ({names}): install exactly one." in problems
+    installed_as(monkeypatch, "opencv-python", "opencv-python-headless")
+    (problem,) = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
+    assert problem.startswith("2 distributions provide cv2: install exactly one. Run `pip uninst")
+
+
+def test_doctor_accepts_opencv_contrib_over_opencv(trackmark, monkeypatch):
+    installed_as(monkeypatch, "opencv-contrib-python-headless", "opencv-python-headless")
+    monkeypatch.delattr(cv2, "legacy", raising=False)
+    monkeypatch.setattr(cv2, "TrackerKCF_create", None, raising=False)
+    (problem,) = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
+    command = "pip install --force-reinstall --no-deps opencv-contrib-python-headless"
+    assert problem.endswith(f"replaced the files of {command.split()[-1]}. Run `{command}`.")
+    monkeypatch.setattr(cv2, "TrackerKCF_create", object)
+    assert json.loads(trackmark("doctor", "--json").stdout)["problems"] == []
+
+
+def test_doctor_names_missing_model_files(trackmark):
+    states = json.loads(trackmark("doctor", "--json").stdout)["trackers"]
+    assert states["opencv-nano"] == "needs opencv-nano:backbone=PATH:neckhead=PATH"
+    assert states["static"] == "ready"
 
 
 def test_doctor_works_without_metadata_of_trackmark(trackmark, monkeypatch):

@@ -232,3 +232,31 @@ def test_removed_working_directory_is_one_line(trackmark, tmp_path, monkeypatch)
     (tmp_path / "removed").rmdir()
     printed = trackmark("run", "--trackers", "static", "--sequences", "samples/face", status=2)
     assert "trackmark: the working directory was removed. Change to an" in unwrapped(printed.stderr)
+
+
+@pytest.mark.parametrize("damage", ["truth", "image"])
+def test_unusable_trackers_and_sequences_are_named_together(
+    trackmark, otb, workspace, monkeypatch, damage
+):
+    monkeypatch.chdir(workspace)
+    for name in ("cup", "dog"):
+        folder = otb(workspace / "data" / name, 3)
+    if damage == "truth":  # seen while sequences are selected
+        (folder / "groundtruth_rect.txt").unlink()
+    else:  # seen when the sequence is opened
+        for image in (folder / "img").iterdir():
+            image.write_bytes(b"no image")
+    trackers = "static,opencv-vit,camshift,no-tracker.py"
+    error = trackmark(
+        "run", "--trackers", trackers, "--sequences", "data", "--results-root", "none", status=2
+    ).stderr
+    for part in (
+        "2 of 4 trackers cannot be used.",
+        "opencv-vit: the parameter net is missing.",
+        "no-tracker.py: ",
+        "name only these trackers: static,camshift\n",
+        "data/dog",
+        "add !dog to the sequences.",
+    ):
+        assert part in error
+    assert not (workspace / "none").exists()
