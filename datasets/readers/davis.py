@@ -35,11 +35,6 @@ from trackmark.datasets.truth_file import GroundTruth
 IMAGES, MASKS = "JPEGImages", "Annotations"
 PATH_IS_ONE_TARGET = True
 USUAL_RESOLUTION = "480p"
-EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
-CITATION = (
-    "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
-    "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
-)
 
 # If masks have other values too, this value means no object. As the only value, it is the object.
 _VOID = 255
