@@ -253,7 +253,7 @@ def numbered_images(folder: Path, *firsts: int, names: str = "#") -> list[Path]:
 
     A missing image would shift the ground truth of all later frames.
     `firsts` are the valid numbers of the first image; without them, all numbers are valid. `names`
-    is a name without suffix, such as `img#`, with # for the number.
+    is a name without suffix, such as `img#`, with # for the number; or `*` for all names.
 
     Raises `SequenceError` naming the image that is missing, has no number, or has the number of
     another image. If the folder has no images, the error names the folder.
@@ -262,6 +262,8 @@ def numbered_images(folder: Path, *firsts: int, names: str = "#") -> list[Path]:
     if not images:
         raise SequenceError(f"{folder}: there are no images.")
     check_frame_numbers(images)
+    if names == "*":
+        return images
     digits = [digits_of_name(file, names) for file in images]
 
     def named(number: int, width: int) -> str:

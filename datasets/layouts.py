@@ -77,7 +77,7 @@ class Layout(BaseModel):
     option: str = ""  # name of an option whose value replaces OPTION in paths
     values: tuple[str, ...] = ()  # values of the option, the default first
     marks: Texts = ()  # of these files, a sequence has at least one
-    marked_names: str = "?"  # pattern of names that need no such file
+    marked_names: str = ""  # pattern of names that need no such file
     fields: str = ""  # file with lines `key: value`
     fps: str = ""  # key of the frame rate in `fields`, or `option`
     description: str = ""  # keys of the description in `fields`, or a text file
@@ -118,12 +118,15 @@ class Layout(BaseModel):
 
         Patterns of folders end with `/`.
         """
-        folders = [path if PurePath(path).suffix else f"{path}/" for path in self.images]
-        files = (
-            [*self.marks, *self.truth, self.range, *self.flags] if not self.reader else self.marks
-        )
-        inside = [path.removeprefix("NAME/") for path in (*folders, *files) if path[:5] == "NAME/"]
-        return [path.replace("OPTION", "*") for path in inside if path]
+        if self.reader:
+            paths = list(self.marks)
+        else:
+            paths = [f"{path}/" for path in self.images if not PurePath(path).suffix]
+            paths += [*self.marks, *self.truth, self.range, *self.flags]
+        inside = [path.removeprefix("NAME/") for path in paths if path.startswith("NAME/")]
+        values = self.values or ("",)
+        inside = [path.replace("OPTION", value) for path in inside if path for value in values]
+        return inside if self.reader else [path.replace("*", "NAME") for path in inside]
 
 
 def layouts() -> dict[str, Layout]:

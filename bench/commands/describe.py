@@ -13,6 +13,7 @@ from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
+    layout_option,
     option,
     truth_option,
     with_options,
@@ -30,6 +31,7 @@ class DescribeOptions(JsonOptions):
 
     name: str = argument()
     truth: Path | None = truth_option()
+    layout: Path | None = layout_option()
     with_attributes: bool = option(
         "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
     )

@@ -41,7 +41,7 @@ from trackmark.datasets.number_files import (
 )
 from trackmark.datasets.recorded import choose, describe_option, recorded
 from trackmark.datasets.spec_string import natural_order
-from trackmark.datasets.truth_file import GroundTruth
+from trackmark.datasets.truth_file import MAX_FRAMES, GroundTruth
 
 _POINTS = tuple(f"{axis}{number}" for number in range(1, 100) for axis in "xy")
 _POLYGON = 8  # numbers of a polygon of four corners
@@ -241,12 +241,11 @@ class RowsReader:
             if len(row) > 1 or not first <= last:
                 raise SequenceError(f"{source}: expected: one line, FIRST,LAST.")
             return source, (int(first), int(last))
-        if location.images.name != location.name:
-            return location.images, self._part(location.name)
         if self._is_shared and rows is not None and "frame" in rows.columns:
             last = rows.columns.get("last", rows.columns["frame"]).max()
             return location.truth, (int(rows.columns["frame"].min()), int(last))
-        return location.images, None
+        is_part = location.images.name != location.name
+        return location.images, self._part(location.name) if is_part else None
 
     def _named_images(self, location: _Location) -> list[Path]:
         """Return the images that a JSON file names, relative to the folder of the data set."""
@@ -320,7 +319,8 @@ class RowsReader:
         numbers_of_rows, n_images = rows.columns["frame"].tolist(), len(rows.lines)
         first, step = 0, self.layout.rows_per_image
         if isinstance(images, list):
-            n_images, first = len(images), int(digits_of_name(images[0], self.layout.image_names))
+            digits = digits_of_name(images[0], self.layout.image_names)
+            n_images, first = len(images), int(digits or 0)
         _check_frames(numbers_of_rows, rows.lines, source, self.layout.frames, first)
         if self.layout.frames == "sparse":
             return (rows.columns["frame"] - first).astype(np.int64)
@@ -502,19 +502,21 @@ def _check_frames(
 
     Raises `SequenceError` naming the line.
     """
+    remedy = "Add the missing row, or download the file again."
     steps = [after - before for before, after in pairwise(frames)]
     usual_step = min(steps, default=1.0) if kind == "regular" else 1.0
     for line, frame, step in zip(lines[1:], frames[1:], steps, strict=True):
         if step <= 0.0 or (kind != "sparse" and step != usual_step):
             raise SequenceError(
-                f"{source}: line {line}: frame {frame:g} follows frame {frame - step:g}, but rows "
-                f"are {usual_step:g} apart. Add the missing row, or download the file again."
+                f"{source}: line {line}: frame {frame:g} follows frame {frame - step:g}, but other "
+                f"rows are {usual_step:g} apart. {remedy}"
             )
-    starts = {"consecutive": [first], "regular": range(int(max(usual_step, 2)))}.get(kind, frames)
-    if frames[0] not in starts or frames[0] < 0 or any(frame % 1 for frame in frames):
+    last_start = {"consecutive": first, "regular": max(usual_step - 1, 1)}.get(kind, MAX_FRAMES)
+    is_number = all(frame % 1 == 0 and frame < MAX_FRAMES for frame in frames)
+    if not (is_number and (0 if kind == "regular" else first) <= frames[0] <= last_start):
         raise SequenceError(
-            f"{source}: line {lines[0]}: frame {frames[0]:g} is the first. Expected: "
-            f"{starts[0]}. Add the missing row, or download the file again."
+            f"{source}: line {lines[0]}: frame {frames[0]:g} is the first. Expected: whole numbers "
+            f"from {first}. {remedy}"
         )
 
 
