@@ -248,12 +248,12 @@ def image_files(folder: Path) -> list[Path]:
     return sorted(files, key=lambda file: natural_order(file.name))
 
 
-def numbered_images(folder: Path, *firsts: int, prefix: str = "") -> list[Path]:
+def numbered_images(folder: Path, *firsts: int, names: str = "#") -> list[Path]:
     """Return the images directly in a folder whose names are consecutive numbers, in order.
 
     A missing image would shift the ground truth of all later frames.
-    `firsts` are the valid numbers of the first image; without them, all numbers are valid. Each
-    name starts with `prefix`.
+    `firsts` are the valid numbers of the first image; without them, all numbers are valid. `names`
+    is a name without suffix, such as `img#`, with # for the number; or `*` for all names.
 
     Raises `SequenceError` naming the image that is missing, has no number, or has the number of
     another image. If the folder has no images, the error names the folder.
@@ -262,33 +262,46 @@ def numbered_images(folder: Path, *firsts: int, prefix: str = "") -> list[Path]:
     if not images:
         raise SequenceError(f"{folder}: there are no images.")
     check_frame_numbers(images)
-    digits = [file.stem.removeprefix(prefix) for file in images]
-    for file, digits_of_name in zip(images, digits, strict=True):
-        if not (file.stem.startswith(prefix) and digits_of_name.isdecimal()):
+    if names == "*":
+        return images
+    digits = [digits_of_name(file, names) for file in images]
+
+    def named(number: int, width: int) -> str:
+        return names.replace("#", f"{number:0{width}}")
+
+    for file, digits_of_file in zip(images, digits, strict=True):
+        if not digits_of_file:
             raise SequenceError(
-                f"{file}: the name is not a number. Expected: {prefix}00000.jpg, "
-                f"{prefix}00001.jpg, …"
+                f"{file}: the name is not a number. Expected: {named(0, 5)}.jpg, "
+                f"{named(1, 5)}.jpg, …"
             )
     first_number, width = int(digits[0]), len(digits[0])
     if firsts and first_number not in firsts:
         first = min(firsts, key=lambda first: abs(first - first_number))
-        missing = images[0].with_stem(f"{prefix}{first:0{width}}")
+        missing = images[0].with_stem(named(first, width))
         problem = (
             f"{missing}: this image is missing; the first one is {images[0].name}. Add the file"
         )
         if first_number < first:
             problem = f"{images[0]}: the first image must be {missing.name}. Remove the file"
         raise SequenceError(f"{problem}, or number all images from {first}.")
-    for (before, digits_of_name), (after, digits_of_next) in pairwise(
+    for (before, digits_before), (after, digits_after) in pairwise(
         zip(images, digits, strict=True)
     ):
-        if int(digits_of_next) != int(digits_of_name) + 1:
-            missing = before.with_stem(f"{prefix}{int(digits_of_name) + 1:0{len(digits_of_name)}}")
+        if int(digits_after) != int(digits_before) + 1:
+            missing = before.with_stem(named(int(digits_before) + 1, len(digits_before)))
             raise SequenceError(
                 f"{missing}: this image is missing between {before.name} and {after.name}. Add "
                 "the file, or remove the images on one side of the gap."
             )
     return images
+
+
+def digits_of_name(file: Path, names: str = "#") -> str:
+    """Return the number in a name as `names` describes it; empty for another name."""
+    before, _, after = names.partition("#")
+    digits = file.stem.removeprefix(before).removesuffix(after)
+    return digits if digits.isdecimal() and file.stem == before + digits + after else ""
 
 
 def size_of_first(images: abc.Sequence[Path]) -> tuple[int, int]:

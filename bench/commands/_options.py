@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 import inspect
+import os
 import re
 import types
 import typing
@@ -231,6 +232,25 @@ def truth_option() -> Any:
         "Ground truth of a recorded sequence without its own: CSV with frame,x,y,width,height.",
         type=EXISTING_FILE,
     )
+
+
+def layout_option() -> Any:
+    """Return the dataclass field of the option --layout."""
+    return option(
+        "TOML file with the layout of your own recordings (docs/datasets.md).",
+        type=EXISTING_FILE,
+        callback=_use_layouts,
+    )
+
+
+def _use_layouts(context: click.Context, parameter: click.Parameter, file: Path | None) -> None:
+    """Use the layouts of a file until the command ends, also in its worker processes."""
+    from trackmark.datasets.layouts import LAYOUT_VARIABLE, layouts
+
+    if file is not None:
+        os.environ[LAYOUT_VARIABLE] = str(file.resolve())
+        context.call_on_close(lambda: os.environ.pop(LAYOUT_VARIABLE, None))
+        layouts()  # raises an error for a wrong file
 
 
 def memory_size(size: str) -> int:

@@ -14,6 +14,7 @@ from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
+    layout_option,
     parse_imported,
     with_imported,
 )
@@ -61,6 +62,7 @@ class CompareOptions(ScreenOptions, ExecutionOptions):
         "Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
         metavar="SEQUENCES",
     )
+    layout: Path | None = layout_option()
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()

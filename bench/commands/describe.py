@@ -13,6 +13,7 @@ from trackmark.bench.commands._options import (
     Command,
     JsonOptions,
     argument,
+    layout_option,
     option,
     truth_option,
     with_options,
@@ -30,6 +31,7 @@ class DescribeOptions(JsonOptions):
 
     name: str = argument()
     truth: Path | None = truth_option()
+    layout: Path | None = layout_option()
     with_attributes: bool = option(
         "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
     )
@@ -247,10 +249,10 @@ def _coverages(expected: str, paths: list[str]) -> "list[Coverage]":
     """Compare a folder's sequences with the official sets of their format."""
     from trackmark.datasets import official_sets, readers
 
-    reader = next(stem for stem, text in readers.formats().items() if text == expected)
+    layout = next(name for name, text in readers.formats().items() if text == expected)
     # OTB calls the targets of a folder `Jogging.1` and `Jogging.2`.
     names = [Path(path).name.replace(":target=", ".") for path in paths]
-    return official_sets.compare(reader, names)
+    return official_sets.compare(layout, names)
 
 
 def _sequence(name: str, truth: Path | None, *, with_attributes: bool) -> Description:

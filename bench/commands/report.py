@@ -11,6 +11,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
+    layout_option,
     parse_imported,
     with_imported,
 )
@@ -68,6 +69,7 @@ class ReportOptions(ScreenOptions):
     sequences: str | None = option(
         "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
     )
+    layout: Path | None = layout_option()
     metrics: list[str] = metrics_option()
     by_attribute: bool = output_option(
         "Add scores by attribute of the sequences; see docs/attributes.md."

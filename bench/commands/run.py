@@ -22,6 +22,7 @@ from trackmark.bench.commands._options import (
     ScreenOptions,
     argument,
     execution_option,
+    layout_option,
     matching_sequences,
     metrics_option,
     name_option,
@@ -72,6 +73,7 @@ class RunOptions(ScreenOptions, ExecutionOptions):
         metavar="SEQUENCES",
     )
     truth: Path | None = truth_option()
+    layout: Path | None = layout_option()
     repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     protocol: str | None = protocol_option()
     is_timing: bool = option(

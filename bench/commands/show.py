@@ -10,6 +10,7 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import (
     Command,
     argument,
+    layout_option,
     option,
     output_option,
     split_list,
@@ -36,6 +37,7 @@ class ShowOptions:
 
     sequence: str = argument()
     truth: Path | None = truth_option()
+    layout: Path | None = layout_option()
     results: Path | None = option("Also draw boxes of stored runs in this results folder.")
     live: str | None = option(
         "Run these trackers and write a page with their internal data.",

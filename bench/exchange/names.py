@@ -10,8 +10,10 @@ import unicodedata
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Mapping
 
-PREFIXES = ("uav_", "nfs_", "tpl_")
-"""Short names of UAV123, NfS and TColor-128 that pytracking writes before names of sequences."""
+from trackmark.datasets.layouts import layouts
+
+PREFIXES = tuple(layout.prefix for layout in layouts().values() if layout.prefix)
+"""Texts that toolkits write before the names of sequences of a data set."""
 
 _SEPARATORS = re.compile(r"[\s./:\\-]")
 

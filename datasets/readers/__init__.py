@@ -1,4 +1,4 @@
-"""Readers of recorded data: each module in this folder reads one format."""
+"""Readers of recorded data: `rows` reads what a layout describes, the other modules one format."""
 
 import importlib
 import os
@@ -9,7 +9,6 @@ from contextlib import contextmanager, suppress
 from copy import copy
 from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
-from functools import cache
 from glob import escape
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
@@ -18,6 +17,8 @@ from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
 from trackmark.datasets.file_digest import TICK_NS
 from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
+from trackmark.datasets.layouts import LAYOUT_VARIABLE, Layout, layouts
+from trackmark.datasets.readers.rows import RowsReader
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
@@ -35,23 +36,6 @@ __all__ = [
     "sequence_paths",
     "sequences_in",
 ]
-
-FORMATS = (
-    "davis",
-    "got10k",
-    "images",
-    "lasot",
-    "mot",
-    "nfs",
-    "otb",
-    "tcolor128",
-    "tlp",
-    "trackingnet",
-    "uav123",
-    "video",
-    "vot",
-)
-"""Names of the formats, which are those of the modules that read them."""
 
 # file in a dataset's folder that lists the names of its sequences, as in VOT and GOT-10k
 LIST = "list.txt"
@@ -71,29 +55,14 @@ _MAX_CACHED = 64  # maximum number of cached sequences
 
 
 class Reader(Protocol):
-    """Attributes and functions of each module in this folder.
+    """Functions of each module in this folder that reads a layout.
 
     Attributes
     ----------
-    EXPECTS : str
-        Layout on disk, for messages.
-    GENERAL : bool, optional
-        True if the layout is general, so that all other readers have priority.
-    MARKS : tuple of str, optional
-        Glob patterns of files and folders that only this format has in a sequence's folder. A
-        pattern of folders ends with `/`; `NAME` stands for the name of the sequence's folder. A
-        folder with a match that no reader recognises is an incomplete sequence.
-    FLAG_FILES : tuple of str, optional
-        Glob patterns of the files with flags per frame that the reader reads. Other files with such
-        names are reported.
     PATH_IS_ONE_TARGET : bool, optional
         True if the path of a sequence selects one target of many; a folder or a pattern selects
         all of them.
-    FIRST_PIXEL : int, optional
-        See `Origin.first_pixel`; 0 by default.
     """
-
-    EXPECTS: str
 
     def recognises(self, path: Path) -> bool:
         """Return whether the path has this format, without reading an image."""
@@ -102,6 +71,13 @@ class Reader(Protocol):
     def read(self, path: Path, truth: Path | None) -> Sequence:
         """Open the sequence with the given ground-truth file, or its own; read no image."""
         ...
+
+
+class _Format(NamedTuple):
+    """Layout, and the reader of its data."""
+
+    layout: Layout
+    reader: Reader
 
 
 @runtime_checkable
@@ -139,19 +115,19 @@ class ReaderOfSplits(Protocol):
 
 
 def formats() -> dict[str, str]:
-    """Return the layout that each reader expects, by the name of its format."""
-    return {name: importlib.import_module(f"{__name__}.{name}").EXPECTS for name in FORMATS}
+    """Return the layouts in words by name."""
+    return {name: layout.in_words for name, layout in layouts().items()}
 
 
 def reads(path: Path) -> bool:
     """Return whether a reader recognises the path, which in some formats is only a name."""
-    return _find_reader(path) is not None
+    return _find_format(path) is not None
 
 
 def path_format(path: Path) -> str:
     """Return the layout that the reader of a path expects, or "" if no reader recognises it."""
-    reader = _find_reader(path)
-    return "" if reader is None else reader.EXPECTS
+    found = _find_format(path)
+    return "" if found is None else found.layout.in_words
 
 
 def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
@@ -159,10 +135,11 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
 
     `is_named`: the user gave this path, and not a folder or a pattern that selects it.
     """
-    reader = _find_reader(path)
+    found = _find_format(path)
     with _named_errors(path):
-        if reader is None:
+        if found is None:
             return []
+        reader = found.reader
         is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
         if not isinstance(reader, ReaderOfSplits) or is_one:
             return [path]
@@ -235,9 +212,9 @@ def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
 
 def _list_members(folder: Path) -> tuple[list[Path], str]:
     """Return the sequences of a dataset with its own folder layout, and the expected layout."""
-    for reader in _readers():
+    for layout, reader in _formats():
         if isinstance(reader, ReaderOfMany) and (members := reader.list_members(folder)):
-            return members, reader.EXPECTS
+            return members, layout.in_words
     return [], ""
 
 
@@ -258,15 +235,15 @@ def _listed_members(folder: Path, search: _Search) -> list[Path]:
 
 
 def _all_marks(path: Path) -> list[str]:
-    """Return the entries of a folder that match a mark of any reader."""
-    return sorted({mark for reader in _readers() for mark in _marks(path, reader)})
+    """Return the entries of a folder that match a mark of any layout."""
+    return sorted({mark for layout in layouts().values() for mark in _marks(path, layout)})
 
 
-def _marks(path: Path, reader: Reader) -> list[str]:
-    """Return the entries of a folder that match a mark of a reader; folders end with `/`."""
+def _marks(path: Path, layout: Layout) -> list[str]:
+    """Return the entries of a folder that match a mark of a layout; folders end with `/`."""
     matches = [
         (entry, mark.endswith("/"))
-        for mark in getattr(reader, "MARKS", ())
+        for mark in layout.all_marks
         for entry in path.glob(mark.replace("NAME", escape(path.name)))
     ]
     return [
@@ -292,8 +269,9 @@ def options(path: Path) -> list[dict[str, Any]]:
 
     Raises `SequenceError` if the data cannot be read.
     """
-    reader = _find_reader(path)
+    found = _find_format(path)
     with _named_errors(path):
+        reader = None if found is None else found.reader
         return reader.options(path) if isinstance(reader, ReaderWithOptions) else []
 
 
@@ -311,7 +289,8 @@ def read(
     Raises `SequenceError` if no reader recognises the path or an option, or if reading fails.
     """
     items = tuple(sorted((option_values or {}).items()))
-    key = (Path.cwd(), path, truth, items, os.environ.get(PIXEL_LIMIT_VARIABLE))
+    variables = map(os.environ.get, (PIXEL_LIMIT_VARIABLE, LAYOUT_VARIABLE))
+    key = (Path.cwd(), path, truth, items, *variables)
     cached = _cache.get(key)
     if cached is None or cached.stamps != _stamps(cached.sequence, path):
         _cache.pop(key, None)
@@ -356,9 +335,10 @@ def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
 
 
 def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> Sequence:
-    reader = _find_reader(path)
-    if reader is None:
+    found = _find_format(path)
+    if found is None:
         raise SequenceError(_not_recognised(path))
+    layout, reader = found
     names = [option["name"] for option in options(path)] if option_values else []
     unknown = sorted(option_values.keys() - names)
     if unknown:
@@ -372,12 +352,12 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
             sequence = reader.read(path, truth)
         sequence.origin = replace(
             sequence.origin,
-            format=reader.EXPECTS,
-            licence=_licence(path) or getattr(reader, "LICENCE", ""),
-            citation=getattr(reader, "CITATION", ""),
-            unread_files=_unread_flags(path, reader),
+            format=layout.in_words,
+            licence=_licence(path) or layout.licence,
+            citation=layout.citation,
+            unread_files=_unread_flags(path, layout),
             other_targets=() if option_values or truth else _other_targets(path, reader),
-            first_pixel=getattr(reader, "FIRST_PIXEL", 0),
+            first_pixel=layout.first_pixel,
         )
     return sequence
 
@@ -392,9 +372,9 @@ def _other_targets(path: Path, reader: Reader) -> tuple[str, ...]:
     return tuple(name for name in names if name != path.name and not name.endswith(default))
 
 
-def _unread_flags(path: Path, reader: Reader) -> tuple[str, ...]:
+def _unread_flags(path: Path, layout: Layout) -> tuple[str, ...]:
     """Return the names of files with flags per frame in a sequence's folder that are not read."""
-    read = getattr(reader, "FLAG_FILES", ())
+    read = [file.rpartition("/")[2] for file in (*layout.flags, layout.visibility)]
     return tuple(
         file.name
         for file in (_visible_paths(path) if path.is_dir() else ())
@@ -413,8 +393,8 @@ def _not_recognised(path: Path) -> str:
             listed = quote(", ".join(names[:_MAX_LISTED])) if names else "nothing"
             further = f" and {len(names) - _MAX_LISTED} more" if len(names) > _MAX_LISTED else ""
             contained = f" It contains {listed}{further}."
-        similar = [reader.EXPECTS for reader in _readers() if _marks(path, reader)]
-    expected = "; ".join(similar or [reader.EXPECTS for reader in _readers()])
+        similar = [layout.in_words for layout in layouts().values() if _marks(path, layout)]
+    expected = "; ".join(similar or formats().values())
     problem = "an incomplete sequence" if similar else "not in a format that a reader recognises"
     return f"{path}: this is {problem}.{contained} Expected: {expected}."
 
@@ -429,10 +409,10 @@ def _licence(path: Path) -> str:
     return f"see {folder / licences[0]}" if licences else ""
 
 
-def _find_reader(path: Path) -> Reader | None:
-    """Return the reader that recognises a path."""
+def _find_format(path: Path) -> _Format | None:
+    """Return the format of a path."""
     with _named_errors(path):
-        return next((reader for reader in _readers() if reader.recognises(path)), None)
+        return next((entry for entry in _formats() if entry.reader.recognises(path)), None)
 
 
 @contextmanager
@@ -445,8 +425,12 @@ def _named_errors(path: Path) -> Iterator[None]:
         raise SequenceError(f"{quote(str(file))}: cannot be read ({error.strerror}).") from None
 
 
-@cache
-def _readers() -> tuple[Reader, ...]:
-    """Return all readers; those for general formats are last."""
-    modules = [cast(Reader, importlib.import_module(f"{__name__}.{name}")) for name in FORMATS]
-    return tuple(sorted(modules, key=lambda reader: getattr(reader, "GENERAL", False)))
+def _formats() -> list[_Format]:
+    """Return all formats in the order in which they are tried."""
+    return [_Format(layout, _reader(layout)) for layout in layouts().values()]
+
+
+def _reader(layout: Layout) -> Reader:
+    if not layout.reader:
+        return RowsReader(layout)
+    return cast(Reader, importlib.import_module(f"{__name__}.{layout.reader}"))

@@ -1,5 +1,8 @@
 """Sequences of DAVIS: `JPEGImages/480p/NAME/` and `Annotations/480p/NAME/`.
 
+YouTube-VOS and LVOS have no folder for the resolution, and masks for some of the images: the other
+frames are not annotated.
+
 Perazzi et al., "A benchmark dataset and evaluation methodology for video object segmentation",
 CVPR 2016: a mask has the values 0 and 255. Pont-Tuset et al., "The 2017 DAVIS challenge on video
 object segmentation", arXiv:1704.00675: values are object numbers from 1, and 255 means no object.
@@ -7,7 +10,7 @@ In test sets only the first mask is public: later frames are not annotated and n
 """
 
 import io
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
@@ -35,11 +38,6 @@ from trackmark.datasets.truth_file import GroundTruth
 IMAGES, MASKS = "JPEGImages", "Annotations"
 PATH_IS_ONE_TARGET = True
 USUAL_RESOLUTION = "480p"
-EXPECTS = f"a folder {IMAGES}/RESOLUTION/NAME with {MASKS}/RESOLUTION/NAME (DAVIS)"
-CITATION = (
-    "Perazzi et al., A benchmark dataset and evaluation methodology for video object segmentation, "
-    "CVPR 2016; Pont-Tuset et al., The 2017 DAVIS challenge, arXiv:1704.00675"
-)
 
 # If masks have other values too, this value means no object. As the only value, it is the object.
 _VOID = 255
@@ -55,15 +53,15 @@ def list_members(folder: Path) -> list[Path]:
     kinds = [folder / kind for kind in (IMAGES, MASKS)]
     if not all(kind.is_dir() for kind in kinds):
         return []
-    for resolution in sorted((entry.name for entry in kinds[0].iterdir()), key=_sort_key):
+    for resolution in _resolutions(folder):
         names = {
             entry.name
             for kind in kinds
-            if (kind / resolution).is_dir()
-            for entry in (kind / resolution).iterdir()
-            if entry.is_dir()
+            for entry in (kind / resolution).glob("*")
+            if entry.is_dir() and (resolution != "." or image_files(entry))
         }
-        return [folder / name for name in sorted(names)]
+        if names:
+            return [folder / name for name in sorted(names)]
     return []
 
 
@@ -85,20 +83,22 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 
     A given ground-truth file replaces boxes and masks.
     """
-    images, _ = _images(path)
     name = path.resolve().name
     if truth is not None:
-        return recorded_images(name, images, truth_file.read(truth), truth)
+        return recorded_images(name, _images(path)[0], truth_file.read(truth), truth)
     images, masks = _files(path)
     objects = _read_objects(images, masks)
     object_number = choose(path, "object", objects, options)
     target = objects[object_number]
+    annotated = np.array([image.stem in target.files for image in images])
+    boxes = np.full((len(images), 4), np.nan)
+    boxes[annotated] = target.boxes
     return recorded_images(
         name if object_number == next(iter(objects)) else f"{name}:object={object_number}",
         images,
-        GroundTruth(target.boxes),
+        GroundTruth(boxes, annotated=annotated),
         masks[0].parent,
-        masks=target.mask,
+        masks=lambda frame: target.mask(images[frame].stem),
         digests=lambda files: file_digests([*files, *masks]),
     )
 
@@ -107,12 +107,12 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 class _Object:
     """Object of a sequence, identified by its value in the masks."""
 
-    files: list[Path]  # mask files, one per annotated frame
+    files: Mapping[str, Path]  # mask files by frame, in order
     value: int
-    boxes: Array  # (n, 4): tight bounding boxes; NaN if the object has no pixel
+    boxes: Array  # shape (len(files), 4): tight bounding boxes; NaN if the object has no pixel
 
-    def mask(self, frame: int) -> Mask:
-        """Return the pixels of the object in a frame."""
+    def mask(self, frame: str) -> Mask:
+        """Return the pixels of the object in an annotated frame."""
         return np.asarray(_read_values(self.files[frame]) == self.value)
 
 
@@ -147,10 +147,11 @@ def _cached_objects(
             rows[frame] = cv2.boundingRect((values == value).view(np.uint8))
     if not boxes:
         raise SequenceError(f"{masks[0].parent}: all masks are empty. Expected: an object.")
+    files = {mask.stem: mask for mask in masks}
     if list(boxes) == [_VOID]:
-        return {"1": _Object(masks, _VOID, boxes[_VOID])}
+        return {"1": _Object(files, _VOID, boxes[_VOID])}
     object_values = sorted(boxes.keys() - {_VOID})
-    return {str(value): _Object(masks, value, boxes[value]) for value in object_values}
+    return {str(value): _Object(files, value, boxes[value]) for value in object_values}
 
 
 def _read_values(file: Path) -> NDArray[np.uint8]:
@@ -174,22 +175,22 @@ def _read_values(file: Path) -> NDArray[np.uint8]:
 def _locate(path: Path) -> tuple[Path, Path] | None:
     """Return a sequence's folders of images and masks; None for another format."""
     full = path.resolve()
-    if full.parents[1:2] and full.parents[1].name == IMAGES:
-        root, resolutions = full.parents[2], [full.parent.name]
-    else:
-        root = full.parent
-        folders = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
-        resolutions = sorted((folder.name for folder in folders), key=_sort_key)
-    for resolution in resolutions:
+    kind = next((parent for parent in full.parents[:2] if parent.name == IMAGES), None)
+    root = full.parent if kind is None else kind.parent
+    inside = None if kind is None else full.parent.relative_to(kind).as_posix()
+    for resolution in _resolutions(root) if inside is None else [inside]:
         images, masks = (root / kind / resolution / full.name for kind in (IMAGES, MASKS))
-        if images.is_dir() and masks.is_dir():
+        if images.is_dir() and masks.is_dir() and (resolution != "." or image_files(images)):
             return images, masks
     return None
 
 
-def _sort_key(resolution: str) -> tuple[bool, str]:
-    """Return a sort key by which the resolution 480p comes first."""
-    return resolution != USUAL_RESOLUTION, resolution
+def _resolutions(root: Path) -> Iterator[str]:
+    """Yield `.` for data without folders of resolutions, and these folders, 480p first."""
+    yield "."
+    folders = (root / IMAGES).iterdir() if (root / IMAGES).is_dir() else ()
+    names = sorted(folder.name for folder in folders)
+    yield from sorted(names, key=lambda name: name != USUAL_RESOLUTION)
 
 
 def _images(path: Path) -> tuple[list[Path], Path]:
@@ -199,17 +200,28 @@ def _images(path: Path) -> tuple[list[Path], Path]:
     """
     folders = _locate(path)
     assert folders is not None  # `recognises` is true
-    return numbered_images(folders[0]), folders[1]
+    names = "*" if _is_sparse(folders[0]) else "#"
+    return numbered_images(folders[0], names=names), folders[1]
+
+
+def _is_sparse(images: Path) -> bool:
+    """Return whether not every image needs a mask, as in YouTube-VOS and LVOS."""
+    return images.parent.name == IMAGES
 
 
 def _files(path: Path) -> tuple[list[Path], list[Path]]:
-    """Return the images and their masks, one per frame, or the first mask if there is no other.
+    """Return the images and their masks in order: one per image, or fewer; see `_is_sparse`.
 
-    Raises `SequenceError` naming an image or a mask that is missing.
+    In test sets, only the first image has a mask. Raises `SequenceError` naming an image or a mask
+    that is missing.
     """
     images, folder = _images(path)
     masks = [folder / f"{image.stem}.png" for image in images]
     mask_files = set(image_files(folder))
+    for mask in sorted(mask_files.difference(masks)):
+        raise SequenceError(f"{mask}: the mask has no image. Add the image, or remove the mask.")
+    if _is_sparse(images[0].parent) and mask_files:
+        return images, [mask for mask in masks if mask in mask_files]
     if mask_files == {masks[0]}:
         return images, masks[:1]
     for mask in masks:
@@ -218,6 +230,4 @@ def _files(path: Path) -> tuple[list[Path], list[Path]]:
                 f"{mask}: this mask is missing. Expected: one mask per image. Add the file, or "
                 "give boxes in a ground-truth file."
             )
-    for mask in sorted(mask_files.difference(masks)):
-        raise SequenceError(f"{mask}: the mask has no image. Add the image, or remove the mask.")
     return images, masks

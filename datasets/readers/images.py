@@ -3,13 +3,9 @@
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import SUFFIXES, ImageFiles, check_frame_numbers, image_files
+from trackmark.datasets.image_files import ImageFiles, check_frame_numbers, image_files
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
-
-EXPECTS = f"a folder of images ({', '.join(SUFFIXES)}), with truth.csv or a given ground-truth file"
-GENERAL = True
-MARKS = ("truth.csv",)
 
 
 def recognises(path: Path) -> bool:

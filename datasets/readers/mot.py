@@ -31,10 +31,7 @@ from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
 PATH_IS_ONE_TARGET = True
-EXPECTS = f"a folder with {IMAGES}/ and {TRUTH} (MOTChallenge)"
-MARKS = (f"{IMAGES}/", str(TRUTH), FIELDS)
 FIRST_PIXEL = 1
-CITATION = "Milan et al., MOT16: a benchmark for multi-object tracking, arXiv:1603.00831"
 
 _ROW = "frame, target, x, y, width, height, counts, class, visibility"
 _SHORTEST, _WITH_VISIBILITY, _WITH_WORLD = 7, 9, 10  # numbers of columns
@@ -101,7 +98,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
 def _images(folder: Path) -> list[Path]:
     """Return the images; those that CVAT names count from 0."""
     if any(folder.glob(f"{_CVAT_PREFIX}*")):
-        return numbered_images(folder, 0, prefix=_CVAT_PREFIX)
+        return numbered_images(folder, 0, names=f"{_CVAT_PREFIX}#")
     return numbered_images(folder, 1)
 
 

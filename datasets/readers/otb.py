@@ -25,10 +25,7 @@ from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
-EXPECTS = f"a folder with img/ and {TRUTH} (OTB)"
-MARKS = ("img/", "groundtruth_rect*.txt")
 FIRST_PIXEL = 1
-CITATION = "Wu, Lim, Yang, Object tracking benchmark, IEEE TPAMI 37(9), 2015"
 
 SPANS: Mapping[str, tuple[int, int | None]] = {
     "blurcar1": (247, None),

@@ -7,10 +7,6 @@ from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
-EXPECTS = (
-    f"a video file ({', '.join(SUFFIXES)}), with a .csv file of the same name or a given "
-    "ground-truth file"
-)
 
 
 def recognises(path: Path) -> bool:

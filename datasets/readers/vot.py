@@ -52,13 +52,6 @@ from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, OBJECT, FIELDS = "groundtruth.txt", "groundtruth_", "sequence"
-EXPECTS = f"a folder with {TRUTH} and images or color/ (VOT)"
-MARKS = ("color/", FIELDS, TRUTH, f"{OBJECT}*.txt")
-FLAG_FILES = ("*.tag", "*.label")
-CITATION = (
-    "Kristan et al., A novel performance evaluation methodology for single-target trackers, "
-    "IEEE TPAMI 38(11), 2016"
-)
 
 # name, number of images and number of rows of published sequences without the last row
 PARTIAL = {("ball", 602, 601)}
@@ -117,7 +110,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
         GroundTruth(regions.boxes, annotated=regions.annotated),
         source,
         fps=field_fps(fields, "fps", path / FIELDS),
-        attributes=read_flags(_files(path, FLAG_FILES), n_values, padded=True),
+        attributes=read_flags(_files(path, ["*.tag", "*.label"]), n_values, padded=True),
         frame_values={
             file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])
         },

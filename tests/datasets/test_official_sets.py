@@ -2,22 +2,21 @@
 
 import pytest
 
-from trackmark.datasets import official_sets, readers
-from trackmark.datasets.official_sets import SETS, compare
+from trackmark.datasets import official_sets
+from trackmark.datasets.layouts import layouts
+from trackmark.datasets.official_sets import compare
 
-OTB_100 = next(entry for entry in SETS if entry.name == "OTB-100")
+SETS = [official for layout in layouts().values() for official in layout.sets]
+OTB_100 = next(entry for entry in SETS if entry.name == "OTB-100").sequence_names()
 
 
 @pytest.mark.parametrize("official", SETS, ids=lambda official: official.name)
-def test_official_set_has_a_reader_and_as_many_names(official):
-    assert official.reader in readers.formats()
-    assert len(official.names) in {0, official.size}
+def test_official_set_has_as_many_names_as_sequences(official):
+    assert len(official.sequence_names()) in {0, official.size}
 
 
 def test_complete_set_is_recognised_by_names_or_number():
-    assert [str(entry) for entry in compare("otb", OTB_100.names)] == [
-        "OTB-100: complete, 100 sequences"
-    ]
+    assert [str(entry) for entry in compare("otb", OTB_100)] == ["OTB-100: complete, 100 sequences"]
     names = [f"dog-{number}" for number in range(280)]
     assert [str(entry) for entry in compare("lasot", names)] == [
         "LaSOT test: complete, 280 sequences"
@@ -25,7 +24,7 @@ def test_complete_set_is_recognised_by_names_or_number():
 
 
 def test_missing_sequences_are_named_or_counted():
-    copy = OTB_100.names - {"Vase", "Woman"}
+    copy = OTB_100 - {"Vase", "Woman"}
     assert [str(entry) for entry in compare("otb", copy)] == [
         "OTB-100: 98 of 100 sequences, missing: Vase, Woman"
     ]
@@ -34,11 +33,11 @@ def test_missing_sequences_are_named_or_counted():
 
 
 def test_names_that_a_set_does_not_have_are_listed():
-    renamed = OTB_100.names - {"Vase"} | {"Vase_1"}
+    renamed = OTB_100 - {"Vase"} | {"Vase_1"}
     assert [str(entry) for entry in compare("otb", renamed)] == [
         "OTB-100: 99 of 100 sequences, missing: Vase, unknown: Vase_1"
     ]
-    assert [str(entry) for entry in compare("otb", OTB_100.names | {"Own"})] == [
+    assert [str(entry) for entry in compare("otb", OTB_100 | {"Own"})] == [
         "OTB-100: complete, 100 sequences, unknown: Own"
     ]
     names = [f"person{number}" for number in range(124)]

@@ -10,7 +10,7 @@ from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.published_sets import SETS
 from trackmark.bench.analysis.run_tables import SUMMARY
-from trackmark.datasets.official_sets import SETS as OFFICIAL_SETS
+from trackmark.datasets.layouts import layouts
 
 HEAD = "tracker,sequence,mean_overlap\n"
 SCORES = np.linspace(0.2, 0.8, 6)
@@ -69,9 +69,9 @@ def test_published_sets_are_complete():
     assert scores["tracker"].nunique() == 34
     assert OTB100.file.stat().st_size < 120_000
     assert {*OTB100.aliases} <= {*scores["sequence"]}
-    (official,) = [entry for entry in OFFICIAL_SETS if entry.name == "OTB-100"]
+    (official,) = [entry for entry in layouts()["otb"].sets if entry.name == "OTB-100"]
     names = {alias for aliases in OTB100.aliases.values() for alias in aliases}
-    assert official.names <= {*scores["sequence"]} | names
+    assert official.sequence_names() <= {*scores["sequence"]} | names
 
 
 @pytest.mark.parametrize("jogging", ["Jogging-1", "Jogging.1", "Jogging_1"])

@@ -8,7 +8,7 @@ import pytest
 from tests.datasets.readers import layouts
 from trackmark import datasets
 from trackmark.datasets import SequenceError
-from trackmark.datasets.readers.uav123 import PARTS
+from trackmark.datasets.layouts import layouts as table
 
 NAN = [np.nan] * 4
 TWO_BOXES = [[1, 2, 8, 9], [2, 2, 8, 9], NAN]
@@ -261,7 +261,7 @@ class TestNfs:
         path, truth, _ = create(layouts.nfs)
         rows = lines_of(truth)
         truth.write_text("".join(rows[1:]))
-        with refused(r"walk\.txt: line 1: .* first frame is 8"):
+        with refused(r"walk\.txt: line 1: frame 8 is the first"):
             datasets.load(path)
         truth.write_text("".join(rows[:-1]))
         assert len(datasets.load(path)) == 2
@@ -311,12 +311,12 @@ class TestMot:
 
 class TestUav123:
     def test_part_of_a_folder_has_the_images_listed_in_parts(self, tmp_path, write_images):
-        first, last = PARTS["car8"][1]
+        first, last = table()["uav123"].parts["car8"][1]
         folder = tmp_path / "data_seq/UAV123/car8"
         write_images(folder, [f"{first + i:06}.jpg" for i in range(3)], (16, 12))
         (tmp_path / "anno/UAV123").mkdir(parents=True)
         (tmp_path / "anno/UAV123/car8_2.txt").write_text("1,1,5,5\n" * 3)
-        with refused(rf"00{first + 3}\.jpg: .* images {first} to {last}"):
+        with refused(rf"no image {first + 3} in .*Expected: images {first} to {last}"):
             datasets.load(tmp_path / "car8_2")
         write_images(folder, [f"{first:06} (1).jpg"], (16, 12))
         with refused(f"same frame number as {first:06}"):
@@ -361,7 +361,7 @@ MISTAKES = {
     "range": (layouts.tcolor128, "walk_frames.txt", "4,7\n", "there is no image 7"),
     "rows": (layouts.tcolor128, "walk_gt.txt", "2,3,8,9\n" * 2, "2 rows for 3 images"),
     "frame": (layouts.tlp, "groundtruth_rect.txt", "2,1,1,5,5,0\n", "line 1: frame 2"),
-    "vatic": (layouts.nfs, "walk.txt", "0 1 2 9 11 0 0 0 2 x\n", "line 1: .* not a row of VATIC"),
+    "vatic": (layouts.nfs, "walk.txt", "0 1 2 9 11 0 0 0 2 x\n", "line 1: .* not a row of NfS"),
     "order": (layouts.nfs, "walk.txt", "0 1 2 9 9 4 0 0 0 x\n" * 2, "line 2: frame 4 follows"),
     "width": (
         layouts.mot,

@@ -12,13 +12,14 @@ from tests.datasets.readers import layouts
 from trackmark import datasets
 from trackmark.datasets import SequenceError, readers
 from trackmark.datasets.image_files import ImageFiles
+from trackmark.datasets.layouts import layouts as table
 from trackmark.datasets.video_frames import VideoFrames
 
 
-def test_every_reader_has_a_layout():
+def test_every_layout_has_a_reader_and_a_recording():
     stems = {file.stem for file in Path(readers.__file__).parent.glob("[a-z]*.py")}
-    assert {layout.__name__.partition("_")[0] for layout in layouts.LAYOUTS} == stems
-    assert {*readers.FORMATS} == stems
+    assert {layout.reader or "rows" for layout in table().values()} == stems
+    assert {layout.__name__.partition("_")[0] for layout in layouts.LAYOUTS} == {*table()}
 
 
 @pytest.fixture

@@ -1,0 +1,545 @@
+"""Reader of the layouts that `datasets/layouts.toml` describes completely."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from fnmatch import fnmatchcase
+from functools import lru_cache
+from glob import escape
+from itertools import pairwise, product
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark.datasets import truth_file
+from trackmark.datasets.decoding import quote
+from trackmark.datasets.image_files import (
+    check_frame_numbers,
+    digits_of_name,
+    image_files,
+    numbered_images,
+    recorded_images,
+    size_of_first,
+)
+from trackmark.datasets.interface import Array, Sequence, SequenceError
+from trackmark.datasets.layouts import BOX, CORNERS, Layout
+from trackmark.datasets.number_files import (
+    as_boxes,
+    check_form,
+    check_line,
+    check_row_count,
+    field_fps,
+    frames_with_values,
+    numbers,
+    read_fields,
+    read_flags,
+    read_integers,
+    read_rows,
+    words,
+)
+from trackmark.datasets.recorded import choose, describe_option, recorded
+from trackmark.datasets.spec_string import natural_order
+from trackmark.datasets.truth_file import MAX_FRAMES, GroundTruth
+
+_POINTS = tuple(f"{axis}{number}" for number in range(1, 100) for axis in "xy")
+_POLYGON = 8  # numbers of a polygon of four corners
+# Other columns are flags. Those that mean neither presence nor absence are attributes.
+_NUMBERS, _TEXTS = {*BOX, *CORNERS, *_POINTS, "frame", "last"}, ("-", "name")
+_NO_ATTRIBUTES = {*_NUMBERS, "absent", "present", "flag"}
+_FLAG_WORDS = {"0": 0.0, "1": 1.0, "absent": 0.0, "present": 1.0}
+
+_Line = tuple[int, str]  # number of the line, and its text
+
+
+class _Location(NamedTuple):
+    """Files of a sequence."""
+
+    root: Path  # folder of the data set
+    name: str
+    value: str  # of the layout's option
+    images: Path  # folder or video; the root if a JSON file names the images
+    truth: Path
+
+
+class _Rows(NamedTuple):
+    """Rows of a file of ground truth."""
+
+    boxes: Array  # shape (n, 4): x, y, width and height as in the file
+    columns: Mapping[str, Array]  # other columns by name, each of shape (n,)
+    lines: list[int]  # number of the line of each row
+
+
+class RowsReader:
+    """Reader of one layout; see `readers.Reader`."""
+
+    def __init__(self, layout: Layout) -> None:
+        self.layout = layout
+        # one file with the ground truth of all sequences
+        self._is_shared = not any("NAME" in path for path in layout.truth)
+
+    def recognises(self, path: Path) -> bool:
+        """Return whether the path is `ROOT/NAME`, or a folder of images of this layout."""
+        return bool(self._locate(path))
+
+    def options(self, path: Path) -> list[dict[str, Any]]:
+        """Return the option of the layout; see `datasets.options`."""
+        values = list(self._locate(path))
+        if not self.layout.option:
+            return []
+        default = int(values[0]) if values[0].isdecimal() else values[0]
+        unit = " [frames/s]" if self.layout.fps == "option" else ""
+        return [describe_option(self.layout.option, values, default, unit)]
+
+    def list_members(self, folder: Path) -> list[Path]:
+        """Return the sequences of a set whose sequences are not its folders; see `ReaderOfMany`.
+
+        Images without ground truth are omitted if several sequences can share a folder.
+        """
+        layout, names = self.layout, set[str]()
+        parents = [folder / re.split("NAME|FOLDER", path)[0] for path in layout.images]
+        if folder in parents or not all(parent.is_dir() for parent in parents):
+            return []
+        for pattern in layout.truth:
+            for file in [] if names else folder.glob(self._filled(pattern, folder, "*")):
+                match = (name for _, name in _match(pattern, file.absolute()))
+                names.update(self._entries(file) if self._is_shared else match)
+        for pattern in layout.images:
+            if "FOLDER" not in pattern and (folder / layout.truth[0]).parent.is_dir():
+                names |= {path.name for path in folder.glob(self._filled(pattern, folder, "*"))}
+        is_folder = bool(layout.images) and layout.images[0].endswith("/NAME")
+        path = layout.images[0] if is_folder else "NAME"
+        return [folder / path.replace("NAME", n) for n in sorted(names, key=natural_order)]
+
+    def read(
+        self, path: Path, truth: Path | None, options: Mapping[str, str] | None = None
+    ) -> Sequence:
+        """Open the sequence; its flags are attributes."""
+        layout, locations = self.layout, self._locate(path)
+        value = choose(path, layout.option, locations, options or {}) if layout.option else ""
+        location = locations[value]
+        name = location.name
+        if layout.option and value != layout.values[0]:
+            name = f"{name}:{layout.option}={value}"
+        fields_file = self._file(location, layout.fields)
+        fields = read_fields(fields_file) if layout.fields and fields_file.is_file() else {}
+        fps = field_fps(fields, layout.fps, fields_file)
+        if layout.fps == "option":
+            fps = float(value)
+        if truth is not None:
+            images = self._images(location, None)
+            return _recorded(name, images, truth_file.read(truth), truth, fps=fps)
+        rows = self._json_rows(location) if layout.json_keys else self._text_rows(location)
+        images = self._images(location, rows)
+        ground_truth, attributes = self._ground_truth(location, rows, images)
+        return _recorded(
+            name,
+            images,
+            ground_truth,
+            location.truth,
+            fps=fps,
+            attributes=attributes,
+            description=self._description(location, fields),
+        )
+
+    def _description(self, location: _Location, fields: Mapping[str, str]) -> str:
+        keys = self.layout.description
+        if self.layout.fields:
+            return ", ".join(filter(None, (fields.get(key, "") for key in keys.split())))
+        file = self._file(location, keys)
+        return " ".join(truth_file.read_text(file).split()) if keys and file.is_file() else ""
+
+    def _locate(self, path: Path) -> dict[str, _Location]:
+        """Return the files of a sequence by value of the option; none for another layout."""
+        layout, full, found = self.layout, path.resolve(), dict[str, _Location]()
+        pairs = list(product(layout.images or (".",), layout.truth))
+        for value, (images, truth) in product(layout.values or ("",), pairs):
+            for root, name in _candidates(full, images, truth, value):
+                folder, source = (
+                    self._existing(root, pattern, name, value) for pattern in (images, truth)
+                )
+                if not (folder and source and source.is_file() and self._is_marked(root, name)):
+                    continue
+                # The reader of image folders opens a folder with a `truth.csv`.
+                is_other = (folder / "truth.csv").is_file()
+                is_empty = len(layout.images) > 1 and folder.is_dir() and not image_files(folder)
+                is_listed = not self._is_shared or name in self._entries(source)
+                if is_listed and not (is_other or is_empty):
+                    found.setdefault(value, _Location(root, name, value, folder, source))
+        return found
+
+    def _existing(self, root: Path, pattern: str, name: str, value: str) -> Path | None:
+        """Return the only path of a pattern, or None."""
+        filled = self._filled(pattern, root, name, value)
+        paths = [*root.glob(filled)] if "*" in pattern else [root / filled]
+        return paths[0] if len(paths) == 1 and paths[0].exists() else None
+
+    def _is_marked(self, root: Path, name: str) -> bool:
+        """Return whether a sequence has one of the files that mark the layout."""
+        marks = (root / self._filled(mark, root, name) for mark in self.layout.marks)
+        is_named = fnmatchcase(name, self.layout.marked_names)
+        return not self.layout.marks or is_named or any(mark.is_file() for mark in marks)
+
+    def _filled(self, pattern: str, root: Path, name: str, value: str = "*") -> str:
+        """Return a pattern with names instead of its words in capitals."""
+        if "*" in pattern and name != "*":
+            name = escape(name)
+        folder = "*" if name == "*" else self._folder(name)
+        for word, text in (("OPTION", value), ("FOLDER", folder), ("SET", root.name)):
+            pattern = pattern.replace(word, text)
+        return pattern.replace("NAME", name)
+
+    def _file(self, location: _Location, pattern: str) -> Path:
+        filled = self._filled(pattern, location.root, location.name, location.value)
+        return location.root / filled
+
+    def _folder(self, name: str) -> str:
+        """Return the folder of the images of a sequence: `bird1` for `bird1_2`."""
+        is_part = self._part(name) is not None or (self._is_shared and not self.layout.parts)
+        return name.rpartition("_")[0] if is_part else name
+
+    def _part(self, name: str) -> tuple[int, int] | None:
+        """Return the first and the last image of a part of a folder; None for a whole folder."""
+        folder, _, number = name.rpartition("_")
+        parts = self.layout.parts.get(folder, ())
+        is_number = number.isascii() and number.isdecimal() and len(number) < 3
+        return parts[int(number) - 1] if is_number and 1 <= int(number) <= len(parts) else None
+
+    def _images(self, location: _Location, rows: _Rows | None) -> list[Path] | Path:
+        """Return the images in order, or the video."""
+        layout, folder = self.layout, location.images
+        if layout.json_keys.get("images"):
+            return self._named_images(location)
+        if folder.is_file():
+            return folder
+        source, span = self._range(location, rows)
+        if span is None:
+            return numbered_images(folder, *layout.first_image, names=layout.image_names)
+        files = image_files(folder)
+        check_frame_numbers(files)
+        digits = {file: digits_of_name(file, layout.image_names) for file in files}
+        by_number = {int(number): file for file, number in digits.items() if number}
+        for number in range(span[0], span[1] + 1):
+            if number not in by_number:
+                raise SequenceError(
+                    f"{source}: there is no image {number} in {folder}. Expected: images {span[0]} "
+                    f"to {span[1]} of {location.name}. Add the image, or correct the range."
+                )
+        return [by_number[number] for number in range(span[0], span[1] + 1)]
+
+    def _range(
+        self, location: _Location, rows: _Rows | None
+    ) -> tuple[Path, tuple[int, int] | None]:
+        """Return the first and the last image, or None for all, and the file that states them."""
+        if self.layout.range:
+            source = self._existing(location.root, self.layout.range, location.name, location.value)
+            if source is None:
+                raise SequenceError(f"{location.truth}: there is no {self.layout.range}.")
+            row = read_rows(source, {2}, "the numbers of the first and the last image", "a range")
+            first, last = row[-1]
+            if len(row) > 1 or not first <= last:
+                raise SequenceError(f"{source}: expected: one line, FIRST,LAST.")
+            return source, (int(first), int(last))
+        if self._is_shared and rows is not None and "frame" in rows.columns:
+            last = rows.columns.get("last", rows.columns["frame"]).max()
+            return location.truth, (int(rows.columns["frame"].min()), int(last))
+        is_part = location.images.name != location.name
+        return location.images, self._part(location.name) if is_part else None
+
+    def _named_images(self, location: _Location) -> list[Path]:
+        """Return the images that a JSON file names, relative to the folder of the data set."""
+        names = self._json_list(location, self.layout.json_keys["images"])
+        for name in names:
+            if not isinstance(name, str) or ".." in Path(name).parts or Path(name).is_absolute():
+                raise SequenceError(
+                    f"{location.truth}: {quote(str(name))} is not an image of {location.name}. "
+                    "Expected: a path inside this folder."
+                )
+        files = [location.root / name for name in names]
+        for file in files:
+            if not file.is_file():
+                raise SequenceError(f"{file}: this image of {location.name} is missing. Add it.")
+        return files
+
+    def _ground_truth(
+        self, location: _Location, rows: _Rows, images: list[Path] | Path
+    ) -> tuple[GroundTruth, dict[str, NDArray[np.bool_]]]:
+        """Return the ground truth and the attributes of all frames up to the last row."""
+        layout, source = self.layout, location.truth
+        boxes, annotated = self._boxes(rows, source, images)
+        attributes = {key: x > 0 for key, x in rows.columns.items() if key not in _NO_ATTRIBUTES}
+        if "frame" in rows.columns:
+            frames = self._frame_numbers(rows, source, images)
+            if layout.frames == "sparse":
+                n = int(frames[-1]) + 1
+                boxes, annotated = _spread(boxes, frames, n), _spread(annotated, frames, n)
+                attributes = {key: _spread(flags, frames, n) for key, flags in attributes.items()}
+            else:
+                boxes, annotated = boxes[frames], annotated[frames]
+                attributes = {key: flags[frames] for key, flags in attributes.items()}
+        elif isinstance(images, list):
+            check_row_count(len(boxes), images, source)
+        n = frames_with_values(len(boxes), images) if isinstance(images, list) else len(boxes)
+        for path, meaning in layout.flags.items():
+            for key, flags in read_flags([self._file(location, path)], n).items():
+                attributes[key] = flags
+                if meaning != "attribute":
+                    boxes[(flags == (meaning == "absent"))[: len(boxes)]] = np.nan
+        cover, visibility = self._file(location, layout.visibility), None
+        if layout.visibility and cover.is_file():
+            values = np.array(layout.visibility_values)
+            visibility = values[read_integers(cover, n, len(values) - 1)]
+        return GroundTruth(boxes, visibility, annotated=annotated), attributes
+
+    def _boxes(
+        self, rows: _Rows, source: Path, images: list[Path] | Path
+    ) -> tuple[Array, NDArray[np.bool_]]:
+        """Return boxes from 0, and flags of the rows that state a box or absence."""
+        boxes, annotated = rows.boxes, np.ones(len(rows.boxes), np.bool_)
+        if self.layout.unit == "image size":
+            boxes = boxes * np.tile(_size(images), 2)
+        if self.layout.zero == "not annotated":
+            annotated = (boxes != 0.0).any(axis=1)
+            boxes = np.where(annotated[:, None], boxes, np.nan)
+        is_absence = self.layout.zero != "malformed"
+        boxes = as_boxes(boxes, source, self.layout.first_pixel, zero_is_absent=is_absence)
+        if "present" in rows.columns:
+            is_present = rows.columns["present"] > 0.0
+            annotated &= np.isfinite(boxes).all(axis=1) | ~is_present
+            boxes[~is_present] = np.nan
+        if "absent" in rows.columns:
+            boxes[rows.columns["absent"] > 0.0] = np.nan
+        return boxes, annotated
+
+    def _frame_numbers(
+        self, rows: _Rows, source: Path, images: list[Path] | Path
+    ) -> NDArray[np.int64]:
+        """Return the frame of each row; of rows that are not sparse, the rows of the images."""
+        numbers_of_rows, n_images = rows.columns["frame"].tolist(), len(rows.lines)
+        first, step = 0, self.layout.rows_per_image
+        if isinstance(images, list):
+            digits = digits_of_name(images[0], self.layout.image_names)
+            n_images, first = len(images), int(digits or 0)
+        _check_frames(numbers_of_rows, rows.lines, source, self.layout.frames, first)
+        if self.layout.frames == "sparse":
+            return (rows.columns["frame"] - first).astype(np.int64)
+        is_thinned = abs(len(numbers_of_rows) - step * n_images) < step
+        n = n_images if is_thinned else len(numbers_of_rows)
+        return np.arange(len(numbers_of_rows))[:: step if is_thinned else 1][:n]
+
+    def _entries(self, source: Path) -> Mapping[str, Any]:
+        """Return the ground truth of all sequences in a file by name."""
+        status = source.stat()
+        stamp = status.st_size, status.st_mtime_ns
+        if self.layout.json_keys:
+            return _read_json(source, stamp)
+        names = [i for i, name in enumerate(self.layout.columns.split()) if name == "name"]
+        return _lines_by_name(source, stamp, tuple(names))
+
+    def _json_list(self, location: _Location, key: str) -> list[Any]:
+        """Return a list of a JSON file."""
+        status = location.truth.stat()
+        entry = _read_json(location.truth, (status.st_size, status.st_mtime_ns))
+        entry = entry.get(location.name, {}) if self._is_shared else entry
+        values = entry.get(key) if isinstance(entry, dict) else None
+        if not isinstance(values, list):
+            raise SequenceError(f"{location.truth}: there is no list {key!r} of {location.name}.")
+        return values
+
+    def _json_rows(self, location: _Location) -> _Rows:
+        """Return the boxes of a JSON file; an empty list is a frame without a box."""
+        keys = self.layout.json_keys
+        rows = []
+        for frame, row in enumerate(self._json_list(location, keys["boxes"])):
+            values = np.array(row or [np.nan] * 4, np.float64) if _is_row(row) else np.empty(0)
+            if len(values) not in (4, _POLYGON):
+                raise SequenceError(
+                    f"{location.truth}: {keys['boxes']} of frame {frame} is {quote(str(row))}. "
+                    "Expected: x, y, width, height, or the four corners of a polygon."
+                )
+            rows.append(values if len(values) == 4 else _around(values[None])[0])
+        columns = {}
+        if "present" in keys:
+            flags = self._json_list(location, keys["present"])
+            if len(flags) != len(rows) or not {*map(str, flags)} <= {"0", "1"}:
+                raise SequenceError(
+                    f"{location.truth}: {keys['present']} has {len(flags)} values for {len(rows)} "
+                    "boxes. Expected: 0 or 1 for each box."
+                )
+            columns = {"present": np.array(flags, np.float64)}
+        return _Rows(np.array(rows), columns, [])
+
+    def _text_rows(self, location: _Location) -> _Rows:
+        """Return the rows of a text file."""
+        source, columns = location.truth, self.layout.columns.split()
+        is_open = columns[-1] == "..."
+        columns = columns[: len(columns) - is_open]
+        lines = [*enumerate(truth_file.read_text(source).rstrip().splitlines(), 1)]
+        lines = self._entries(source)[location.name] if self._is_shared else lines
+        rows: list[list[float]] = []
+        for number, line in lines:
+            check_line(line, number, source)
+            text = " ".join(line.split()[: len(columns)]) if is_open else line
+            check_form(text, number, source)
+            row = _values(words(text), columns)
+            if not row:
+                kind = "box" if columns == [*BOX] else f"row of {self.layout.title}"
+                raise SequenceError(
+                    f"{source}: line {number}: {quote(line.strip())} is not a {kind}. Expected: "
+                    f"{self.layout.columns}."
+                )
+            rows.append(row)
+        if not rows:
+            raise SequenceError(f"{source}: there are no rows. Expected: one row per frame.")
+        names = [name for name in columns if name not in _TEXTS]
+        table = dict(zip(names, np.array(rows).T, strict=True))
+        return _Rows(_as_rows(table), table, [number for number, _ in lines])
+
+
+def _candidates(full: Path, images: str, truth: str, value: str) -> Iterator[tuple[Path, str]]:
+    """Yield the folders and names of which a path can be the sequence.
+
+    The path is `ROOT/NAME`, or `images` up to its last NAME or OPTION. If several sequences share a
+    folder of images, it can also be the file of the ground truth.
+    """
+    yield full.parent, full.name
+    parts = images.split("/")
+    for n in range(1, len(parts) + 1):
+        pattern = "/".join(parts[:n])
+        if parts[n - 1] in ("NAME", "FOLDER", "OPTION") and pattern != "NAME":
+            yield from _match(pattern.replace("OPTION", value), full)
+    if "FOLDER" in images and "NAME" in truth:
+        yield from _match(truth, full)
+
+
+def _match(pattern: str, full: Path) -> Iterator[tuple[Path, str]]:
+    """Yield the folder and the name with which a pattern gives a path, if there are any."""
+    parts = pattern.replace("FOLDER", "NAME").split("/")
+    names = set()
+    for part, actual in zip(parts, full.parts[-len(parts) :], strict=False):
+        before, _, after = part.partition("NAME")
+        if "NAME" in part and actual.startswith(before) and actual.endswith(after):
+            names.add(actual[len(before) : len(actual) - len(after)])
+        elif "NAME" in part or not fnmatchcase(actual, part):
+            return
+    if len(names) == 1 and len(full.parts) > len(parts):
+        yield full.parents[len(parts) - 1], names.pop()
+
+
+def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any) -> Sequence:
+    """Return the sequence of image files or of a video; see `recorded`."""
+    if isinstance(images, list):
+        return recorded_images(name, images, *truth, **options)
+    # imported here, because it loads a decoder
+    from trackmark.datasets.video_frames import VideoFrames
+
+    frames = VideoFrames(images)
+    return recorded(name, frames, [images], *truth, **{**options, "fps": frames.fps})
+
+
+def _size(images: list[Path] | Path) -> tuple[int, int]:
+    """Return width and height of the images."""
+    if isinstance(images, list):
+        return size_of_first(images)
+    from trackmark.datasets.video_frames import VideoFrames
+
+    height, width = VideoFrames(images)[0].shape[:2]
+    return width, height
+
+
+def _spread(values: NDArray[Any], frames: NDArray[np.int64], n: int) -> NDArray[Any]:
+    """Return values for n frames: NaN or False in frames without a row."""
+    fill = np.nan if values.dtype == np.float64 else False
+    spread = np.full((n, *values.shape[1:]), fill, values.dtype)
+    spread[frames] = values
+    return spread
+
+
+def _values(cells: list[str], columns: list[str]) -> list[float]:
+    """Return the numbers of a row, without columns of text; empty for an invalid row."""
+    if len(cells) != len(columns):
+        return []
+    row: list[float] = []
+    for cell, column in zip(cells, columns, strict=True):
+        if column not in _TEXTS:
+            value = numbers(cell) if column in _NUMBERS else [_FLAG_WORDS.get(cell, np.nan)]
+            if len(value) != 1 or (column not in _NUMBERS and np.isnan(value[0])):
+                return []
+            row += value
+    return row
+
+
+def _as_rows(table: Mapping[str, Array]) -> Array:
+    """Return rows x, y, width, height of columns with boxes, corners or points."""
+    if "width" in table:
+        return np.column_stack([table[name] for name in BOX])
+    if "left" in table:
+        left, top, right, bottom = (table[name] for name in CORNERS)
+        return np.column_stack([left, top, right - left, bottom - top])
+    return _around(np.column_stack([table[name] for name in _POINTS if name in table]))
+
+
+def _around(points: Array) -> Array:
+    """Return the smallest upright boxes around points x1, y1, x2, y2, …, one row per frame."""
+    low, high = (
+        np.column_stack([side(points[:, axis::2], axis=1) for axis in (0, 1)])
+        for side in (np.min, np.max)
+    )
+    return np.column_stack([low, high - low])
+
+
+def _is_row(row: Any) -> bool:
+    return isinstance(row, list) and all(
+        isinstance(value, int | float) and not isinstance(value, bool) for value in row
+    )
+
+
+def _check_frames(
+    frames: list[float], lines: list[int], source: Path, kind: str, first: int
+) -> None:
+    """Check that the frame numbers increase, and have no gap if they are not sparse.
+
+    Raises `SequenceError` naming the line.
+    """
+    remedy = "Add the missing row, or download the file again."
+    steps = [after - before for before, after in pairwise(frames)]
+    usual_step = min(steps, default=1.0) if kind == "regular" else 1.0
+    for line, frame, step in zip(lines[1:], frames[1:], steps, strict=True):
+        if step <= 0.0 or (kind != "sparse" and step != usual_step):
+            raise SequenceError(
+                f"{source}: line {line}: frame {frame:g} follows frame {frame - step:g}, but other "
+                f"rows are {usual_step:g} apart. {remedy}"
+            )
+    last_start = {"consecutive": first, "regular": max(usual_step - 1, 1)}.get(kind, MAX_FRAMES)
+    is_number = all(frame % 1 == 0 and frame < MAX_FRAMES for frame in frames)
+    if not (is_number and (0 if kind == "regular" else first) <= frames[0] <= last_start):
+        raise SequenceError(
+            f"{source}: line {lines[0]}: frame {frames[0]:g} is the first. Expected: whole numbers "
+            f"from {first}. {remedy}"
+        )
+
+
+@lru_cache(maxsize=4)
+def _read_json(source: Path, stamp: tuple[int, int]) -> Mapping[str, Any]:
+    """Read a JSON object; `stamp` is size and modification time, by which changes are noticed."""
+    try:
+        content = json.loads(truth_file.read_text(source))
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise SequenceError(f"{source}: {error}. Download the file again.") from None
+    if not isinstance(content, dict):
+        raise SequenceError(f"{source}: this is not a JSON object. Download the file again.")
+    return content
+
+
+@lru_cache(maxsize=4)
+def _lines_by_name(
+    source: Path, stamp: tuple[int, int], columns: tuple[int, ...]
+) -> Mapping[str, list[_Line]]:
+    """Return the lines of each sequence, whose name is in these columns, joined by `_`."""
+    lines: dict[str, list[_Line]] = {}
+    for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
+        cells = words(line)
+        name = "_".join(cells[column] for column in columns if column < len(cells))
+        lines.setdefault(name, []).append((number, line))
+    return lines
