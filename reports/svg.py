@@ -71,7 +71,7 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
     x, y = _scales(chart, lines, width, height)
     elements = [*_axes(chart, x, y, width, height)]
     if chart.style == "dots":
-        elements += [_dot(line, x, y) for line in lines]
+        elements += _dots(lines, x, y)
     else:
         crowded = len(lines) > CROWDED
         elements += [_line(line, x, y, chart.style, crowded=crowded) for line in reversed(lines)]
@@ -192,24 +192,62 @@ def _trace(xs: Array, ys: Array) -> str:
     return "M" * bool(len(points)) + "l".join(f"{dx:g},{dy:g}" for dx, dy in steps.tolist())
 
 
-def _dot(line: Line, x: _Scale, y: _Scale) -> Markup:
-    """Return the mark, the interval and the name of a tracker; they open its worst frame."""
-    across, down = float(x(np.asarray(line.x, float))[0]), float(y(np.asarray(line.y, float))[0])
-    ends = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
-    index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
-    elements = Markup("")
-    if ends and all(map(isfinite, ends)):
-        bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>')
-        elements += bar.format(index, across, *(float(y(end)) for end in ends))
-    mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
-    elements += mark.format(index, across, down, path)
-    side, anchor = (-10, "end") if across > sum(x.pixels) / 2 else (10, "start")
-    elements += _NAME.format(index, across + side, down + 4, anchor, _short(line.label))
-    position = next(filter(None, line.positions), None)
-    if position is None:
-        return elements
-    return Markup('<a href="{}" aria-label="{}">{}</a>').format(
-        position.link, one_line(line.label), elements
+def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
+    """Yield the mark, the interval and the name of each tracker; they open its worst frame.
+
+    A name is where it touches no mark, interval or other name; without such a place it is omitted.
+    """
+    marks, taken = [], []  # taken: rectangles of left, top, right and bottom [px]
+    for line in lines:
+        across, down = (
+            float(scale(np.asarray(v, float))[0]) for scale, v in ((x, line.x), (y, line.y))
+        )
+        limits = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
+        ends = [float(y(end)) for end in limits] if all(map(isfinite, limits)) else []
+        marks.append((line, across, down, ends))
+        taken.append((across - 7, down - 7, across + 7, down + 7))
+        taken += [(across - 3, ends[1], across + 3, ends[0])] if ends else []
+    for line, across, down, ends in marks:
+        index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
+        elements = Markup("")
+        if ends:
+            bar = Markup('<path class="bar c{}" d="M{:.1f},{:.1f}V{:.1f}"/>')
+            elements += bar.format(index, across, *ends)
+        mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
+        elements += mark.format(index, across, down, path)
+        name = _short(line.label)
+        wide, frame = _LETTER * len(name), (x.pixels[0], y.pixels[1], x.pixels[1], y.pixels[0])
+        for shift in (0, -14, 14, -28, 28, -42, 42):
+            sides = [(across + 10, "start"), (across - 10 - wide, "end")]
+            places = [(left, down + shift, anchor) for left, anchor in sides]
+            free = [place for place in places if _is_free(place, wide, frame, taken)]
+            if free:
+                left, middle, anchor = free[0]
+                taken.append((left, middle - _HEIGHT / 2, left + wide, middle + _HEIGHT / 2))
+                at = left if anchor == "start" else left + wide
+                elements += _NAME.format(index, at, middle + 4, anchor, name)
+                break
+        position = next(filter(None, line.positions), None)
+        if position is None:
+            yield elements
+        else:
+            link = Markup('<a href="{}" aria-label="{}">{}</a>')
+            yield link.format(position.link, one_line(line.label), elements)
+
+
+def _is_free(
+    place: tuple[float, float, str],
+    wide: float,
+    frame: tuple[float, float, float, float],
+    taken: Sequence[tuple[float, float, float, float]],
+) -> bool:
+    """Return whether a name is inside the frame and touches none of the taken rectangles."""
+    left, middle, _ = place
+    right, top, bottom = left + wide, middle - _HEIGHT / 2, middle + _HEIGHT / 2
+    inside = left >= frame[0] and top >= frame[1] and right <= frame[2] and bottom <= frame[3]
+    return inside and not any(
+        left < other[2] and right > other[0] and top < other[3] and bottom > other[1]
+        for other in taken
     )
 
 

@@ -66,12 +66,7 @@ def screen_lines(
     if quiet:
         return [sentence.heading]
     failures = [f"{name}: {note}" for name, note in comparison.failures.items()]
-    # If there are enough units, the table of pairs has the details.
-    details = sentence.details if verbose or _too_few(comparison) else ()
-    if comparison.published:
-        details = details or sentence.details[:1]  # the rank
-    left_out = [undefined_note(comparison)] if comparison.undefined and not details else []
-    lines = [*failures, *([""] if failures else []), sentence.heading, *details, *left_out]
+    lines = [*failures, *([""] if failures else []), sentence.heading, *sentence.details]
     lines = [line for text in lines for line in wrap(text).splitlines()]
     lines += ["", *terminal_lines(_short_standings(comparison, verbose=verbose))]
     if _too_few(comparison) and comparison.pairs:

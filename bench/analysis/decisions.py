@@ -1,8 +1,6 @@
 """Answer of a comparison in one sentence, for pages, terminal, Markdown and JSON."""
 
-from collections.abc import Collection, Sequence
-from dataclasses import replace
-from math import isfinite
+from collections.abc import Collection, Mapping, Sequence
 from typing import NamedTuple
 
 from trackmark.bench.analysis.comparison import Comparison, Standing
@@ -15,40 +13,32 @@ _MAX_NAMES = 3
 _NUMBERS = ("No", "One", "Two", "Three", "Four", "Five")
 
 _RELATIONS = {
-    "better": "it is better than {}",
-    "worse": "it is worse than {}",
-    "inconclusive": "it is not clearly better than {}",
-    "equivalent": "it is equivalent to {}",
+    "better": "better than {}",
+    "worse": "worse than {}",
+    "equivalent": "equivalent to {}",
+    "inconclusive": "not clearly different from {}",
 }
-"""Relation of the first tracker to others, by the decision on the pair."""
+"""Relation of the main tracker to others, by the decision on the pair."""
 
 
 class Answer(NamedTuple):
-    """Answer in one sentence, and details: second-best tracker, wins, too few units."""
+    """Answer in one sentence, and further sentences: counts, relations, too few units."""
 
     heading: str
     details: tuple[str, ...] = ()
 
 
 def answer_of(comparison: Comparison) -> Answer:
-    """Return the answer of a comparison, on its main tracker against every other tracker.
+    """Return the answer of a comparison: the better tracker, or the best ones without a winner.
 
-    With fewer than `MIN_UNITS` units no tracker is called better.
+    It is about the tracker `against` if there is one. With fewer than `MIN_UNITS` units no tracker
+    is called better.
     """
-    measure, units = comparison.measure, comparison.units
-    standings = [_in_printed_unit(standing, measure.scale) for standing in comparison.standings]
-    ranked = sorted(standings, key=lambda standing: -comparison.sign * standing.mean)
-    first = next(
-        (standing for standing in ranked if standing.tracker == comparison.main), ranked[0]
-    )
-    other_standings = [standing for standing in ranked if standing is not first]
-    digits = _digits(ranked, max(0, measure.decimals - 1))
-    heading = _heading(comparison, first, other_standings, digits)
-    details = [*_runner_up(comparison, first, other_standings, digits), *_wins(comparison)]
-    if comparison.published:
-        details.insert(0, _rank(ranked.index(first) + 1, len(ranked), first.tracker))
-    if len(units) < MIN_UNITS:
-        details.append(_limit(units))
+    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    main = next((entry for entry in ranked if entry.tracker == comparison.main), ranked[0])
+    heading, *details = _sentences(comparison, ranked, main)
+    if len(comparison.units) < MIN_UNITS:
+        details = [_limit(comparison.units)]
     if comparison.undefined:
         details.append(undefined_note(comparison))
     if comparison.left_out:
@@ -56,9 +46,75 @@ def answer_of(comparison: Comparison) -> Answer:
     return Answer(heading, tuple(details))
 
 
-def _rank(rank: int, n: int, tracker: str) -> str:
-    """Return the place of a tracker among all, those with published scores included."""
-    return f"By its mean, {tracker} has rank {rank} of {n}."
+def _sentences(comparison: Comparison, ranked: Sequence[Standing], main: Standing) -> list[str]:
+    """Return the heading and, with enough units, a second sentence."""
+    title, units = comparison.measure.title, comparison.units
+    few, others = len(units) < MIN_UNITS, [entry for entry in ranked if entry is not main]
+    where = f"{'these ' * few}{len(units)} {units.plural}"
+    where = f"this {units.unit_kind}" if len(units) == 1 else where
+    scope, values = f"{title[:1].upper()}{title[1:]} on {where}", _values(comparison, ranked)
+    if not others:
+        return [f"{main.tracker} has a {title} of {values[main.tracker]} on {where}."]
+    if comparison.published:
+        rank = f"{main.tracker} has rank {ranked.index(main) + 1} of {len(ranked)}"
+        heading = f"{rank} by {title} on {where}: {values[main.tracker]}."
+        if few or not comparison.pairs:
+            return [heading]
+        return [heading, f"It is {_relations(_groups(comparison, others), len(others))}."]
+    if few or not comparison.pairs:
+        return [f"{scope}: {_listed(ranked, main, values)}."]
+    groups = _groups(comparison, others)
+    beaten = groups.get("better", [])
+    if comparison.against or "inconclusive" not in groups or others[0] in beaten:
+        compared = f"{main.tracker} is {_relations(groups, len(others))}"
+        return [f"{compared}: {_against(comparison, groups, main, values)}.", f"{scope}."]
+    leading = [entry for entry in ranked if entry not in beaten]
+    if beaten:
+        scope += f"; {main.tracker} is {_relations({'better': beaten}, len(others))}"
+    return [f"No clear winner: {_listed(leading, main, values)}.", f"{scope}."]
+
+
+def _groups(comparison: Comparison, others: Sequence[Standing]) -> dict[str, list[Standing]]:
+    """Return the other trackers by the decision whether the main one is better."""
+    answers = comparison.main_answers
+    grouped = {
+        label: [entry for entry in others if answers[entry.tracker][0] == label]
+        for label in _RELATIONS
+    }
+    return {label: group for label, group in grouped.items() if group}
+
+
+def _relations(groups: Mapping[str, Sequence[Standing]], n_others: int) -> str:
+    """Return in words how the main tracker compares with others; long groups are counted."""
+    clauses = []
+    for label, group in groups.items():
+        names = _names([entry.tracker for entry in group], _counted(len(group), n_others))
+        clauses.append(_RELATIONS[label].format(names))
+    return _joined(clauses)
+
+
+def _against(
+    comparison: Comparison,
+    groups: Mapping[str, Sequence[Standing]],
+    main: Standing,
+    values: Mapping[str, str],
+) -> str:
+    """Return the value of the main tracker and those of the others in the order of their names."""
+    others = [values[entry.tracker] for group in groups.values() for entry in group]
+    if len(others) <= _MAX_NAMES:
+        return f"{values[main.tracker]} against {_joined(others)}"
+    bound = f" against {others[0]} or {'less' if comparison.sign > 0 else 'more'}"
+    return values[main.tracker] + bound * (groups.keys() == {"better"})
+
+
+def _listed(ranked: Sequence[Standing], main: Standing, values: Mapping[str, str]) -> str:
+    """Return names and values of the best trackers and of the main one."""
+    named = list(ranked[:_MAX_NAMES])
+    if main not in named:
+        named[-1] = main
+    text = ", ".join(f"{entry.tracker} {values[entry.tracker]}" for entry in named)
+    n_more = len(ranked) - len(named)
+    return f"{text} and {n_more} more" if n_more else text
 
 
 def undefined_note(comparison: Comparison) -> str:
@@ -67,114 +123,9 @@ def undefined_note(comparison: Comparison) -> str:
     return f"{_names(names)} left out: {comparison.measure.title} is undefined for all trackers."
 
 
-def _in_printed_unit(standing: Standing, scale: float) -> Standing:
-    interval = standing.interval and (standing.interval[0] * scale, standing.interval[1] * scale)
-    return replace(standing, mean=standing.mean * scale, interval=interval)
-
-
-def _heading(
-    comparison: Comparison, first: Standing, other_standings: Sequence[Standing], digits: int
-) -> str:
-    title, units = comparison.measure.title, comparison.units
-    value = _value(comparison, first, digits)
-    few = len(units) < MIN_UNITS
-    where = f"{'these' if few else 'all'} {len(units)} {units.plural}"
-    where = f"this {units.unit_kind}" if len(units) == 1 else where
-    if not other_standings:
-        return f"{first.tracker} has a {title} of {value} on {where}."
-    best = "highest" if comparison.sign > 0 else "lowest"
-    winners = []
-    if comparison.sign * (other_standings[0].mean - first.mean) > _tie(digits):
-        # The user named a main tracker that is not the best one.
-        sentence = f"{first.tracker} has a {title} of {value} on {where}"
-        winners = [
-            standing
-            for standing in other_standings
-            if abs(standing.mean - other_standings[0].mean) <= _tie(digits)
-        ]
-    elif few:
-        ties = [
-            standing.tracker
-            for standing in other_standings
-            if abs(standing.mean - first.mean) <= _tie(digits)
-        ]
-        verb = "have" if ties else "has"
-        names = _names([first.tracker, *ties])
-        return f"{names} {verb} the {best} {title} on {where}: {value}."
-    else:
-        sentence = f"{first.tracker} has the {best} {title}, {value}"
-    groups: dict[str, list[str]] = {}
-    for standing in other_standings:
-        label, _ = comparison.main_answers.get(standing.tracker, ("", ""))
-        groups.setdefault(label, []).append(standing.tracker)
-    if groups.keys() == {"better"}:
-        names = _names(groups["better"], _counted(len(other_standings), len(other_standings)))
-        return f"{first.tracker} is better than {names}: {title} {value}."
-    clauses = [
-        words.format(_names(groups[label], _counted(len(groups[label]), len(other_standings))))
-        for label, words in _RELATIONS.items()
-        if label in groups and not few
-    ]
-    if winners:
-        verb, highest = (
-            "has" if len(winners) == 1 else "have",
-            f"{other_standings[0].mean:.{digits}f}",
-        )
-        names = _names([standing.tracker for standing in winners])
-        clauses.append(f"{names} {verb} the {best}, {highest}{comparison.unit_suffix}")
-    return f"{'; '.join([sentence, *clauses])}."
-
-
 def _counted(n: int, n_others: int) -> str:
     """Return the number of trackers, of all others, that have one relation to the first."""
     return f"{n} of the other {n_others} trackers" if n < n_others else f"the other {n} trackers"
-
-
-def _runner_up(
-    comparison: Comparison, first: Standing, other_standings: Sequence[Standing], digits: int
-) -> list[str]:
-    """Return a sentence on the second-best mean and its time; none after a tie."""
-    sign = comparison.sign
-    behind = [
-        standing
-        for standing in other_standings
-        if sign * (first.mean - standing.mean) > _tie(digits)
-    ]
-    if not behind:
-        return []
-    second = behind[0]
-    sentence = f"{second.tracker} follows with {second.mean:.{digits}f}{comparison.unit_suffix}"
-    _, reason = comparison.main_answers.get(second.tracker, ("", ""))
-    if reason and second.interval:
-        sentence += f" ({reason.replace('interval', 'the interval of the difference', 1)})"
-    if first.clock != second.clock:
-        return [f"{sentence}."]
-    if faster := _times_faster(first.ms_per_frame / second.ms_per_frame):
-        sentence += f" and is {faster} faster"
-    elif slower := _times_faster(second.ms_per_frame / first.ms_per_frame):
-        sentence += f" and is {slower} slower"
-    return [f"{sentence}."]
-
-
-def _wins(comparison: Comparison) -> list[str]:
-    """Return a sentence on the numbers of units on which one tracker leads."""
-    units = comparison.units
-    if len(comparison.scores) < 2 or len(units) < 2:
-        return []
-    means = [[run.mean() for run in runs] for runs in comparison.scores.values()]
-    by_unit = comparison.sign * units.means(means)
-    leads = by_unit == by_unit.max(axis=0)
-    counts = (leads & (leads.sum(axis=0) == 1)).sum(axis=1).tolist()
-    wins = zip(comparison.scores, counts, strict=True)
-    winners = sorted((win for win in wins if win[1]), key=lambda win: -win[1])
-    if not winners:
-        return []
-    (name, count), *rest = winners[:_MAX_NAMES]
-    clauses = [f"{name} leads on {count} of {len(units)} {units.plural}"]
-    clauses += [f"{name} on {count}" for name, count in rest]
-    if n_others := sum(count for _, count in winners[_MAX_NAMES:]):
-        clauses.append(f"other trackers on {n_others}")
-    return [f"{', '.join(clauses)}."]
 
 
 def _limit(units: StatisticalUnits) -> str:
@@ -183,25 +134,20 @@ def _limit(units: StatisticalUnits) -> str:
     return f"{words} too few to generalise ({MIN_UNITS} needed{units.remedy})."
 
 
-def _value(comparison: Comparison, standing: Standing, digits: int) -> str:
-    value = f"{standing.mean:.{digits}f}{comparison.unit_suffix}"
-    if standing.interval is not None:
-        value += " [{:.{d}f}, {:.{d}f}]".format(*standing.interval, d=digits)
-    return value
+def _values(comparison: Comparison, ranked: Sequence[Standing]) -> dict[str, str]:
+    """Return the printed means with one decimal less than in tables.
 
-
-def _digits(ranked: Sequence[Standing], decimals: int) -> int:
-    """Return the number of decimals: one more if the two best means differ only in that digit."""
-    if len(ranked) < 2:
-        return decimals
-    first, second = ranked[0].mean, ranked[1].mean
-    equal = f"{first:.{decimals}f}" == f"{second:.{decimals}f}"
-    return decimals + (equal and abs(first - second) > _tie(decimals + 1))
-
-
-def _tie(digits: int) -> float:
-    """Return the largest difference of means that are printed as equal."""
-    return float(0.5 * 10.0 ** -(digits + 1))
+    If the two best means are equal then but not in tables, all means have the decimals of tables.
+    """
+    measure, unit = comparison.measure, comparison.unit_suffix
+    means = {entry.tracker: entry.mean * measure.scale for entry in ranked}
+    short, long = (
+        {name: f"{mean:.{decimals}f}{unit}" for name, mean in means.items()}
+        for decimals in (max(0, measure.decimals - 1), measure.decimals)
+    )
+    best = [entry.tracker for entry in ranked[:2]]
+    is_close = len({short[name] for name in best}) < len({long[name] for name in best})
+    return long if is_close else short
 
 
 def _names(names: Collection[str], if_many: str = "") -> str:
@@ -209,15 +155,8 @@ def _names(names: Collection[str], if_many: str = "") -> str:
     listed = list(names)
     if len(listed) > _MAX_NAMES:
         return if_many or f"{', '.join(listed[:_MAX_NAMES])} and {len(listed) - _MAX_NAMES} more"
-    return " and ".join(filter(None, [", ".join(listed[:-1]), listed[-1]]))
+    return _joined(listed)
 
 
-def _times_faster(ratio: float) -> str:
-    """Return how many times faster in words, with one digit; empty below twice as fast.
-
-    >>> _times_faster(1.9), _times_faster(2.6), _times_faster(337)
-    ('', 'about 3 times', 'about 300 times')
-    """
-    if not isfinite(ratio) or ratio < 2:
-        return ""
-    return f"about {float(f'{ratio:.1g}'):.0f} times"
+def _joined(texts: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(texts[:-1]), texts[-1]]))

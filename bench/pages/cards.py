@@ -3,7 +3,7 @@
 import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from math import inf, isfinite
+from math import ceil, inf, isfinite
 from operator import itemgetter
 from typing import Any
 
@@ -12,6 +12,7 @@ import pandas as pd
 from markupsafe import Markup
 
 from trackmark.bench.analysis.comparison import Comparison, Pair
+from trackmark.bench.analysis.comparison_tables import SHOWN_PAIRS
 from trackmark.bench.analysis.run_summary import means_by_tracker
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
 from trackmark.bench.pages.content import PageTable, PlayerSequence, player_link
@@ -27,6 +28,10 @@ from trackmark.reports.tables import Table
 N_SHOWN_SEQUENCES = 12
 """Maximum number of rows of the overlap matrix that are shown at first."""
 
+N_BESIDE = 3
+"""Maximum number of loops that are below the leaderboard, beside the plot."""
+
+_MAX_PAIRED = 12  # trackers whose pairs are all on the page
 _MAX_FRAMES = 6  # of worst frames, and of lost and failed runs
 _REACH = 20  # frames of a loop before and after its worst frame
 _MAX_REASON = 140  # characters
@@ -63,19 +68,27 @@ def leaderboard(
                 "note": notes.get(tracker, "").partition(" (")[0],
             }
         )
-    rows.sort(key=lambda row: _descending(row["overlap"]["mean"]))
+    rows.sort(key=lambda row: int(row["tracker"]))
     return card("leaderboard", rows=rows, n_sequences=len(runs.sequences), notes=time_notes)
 
 
-def _descending(mean: float) -> float:
-    """Return the key that sorts means from high to low, and missing means last."""
-    return -mean if isfinite(mean) else inf
+def ranked_trackers(summary: Table) -> list[str]:
+    """Return the trackers by mean overlap, the best first: their order in the whole page."""
+    means = means_by_tracker(summary.data)
+
+    def order(name: str) -> float:
+        mean = float(means[name]["mean_overlap"]["mean"])
+        return -mean if isfinite(mean) else inf
+
+    return sorted(means, key=order)
 
 
 def poster(sequence: PlayerSequence) -> bytes:
-    """Return a thumbnail of the first frame with the target; empty without frames."""
-    images = sequence.images
-    return thumbnail(images[min(sequence.first, len(images) - 1)]) if images else b""
+    """Return a thumbnail of the target in its first frame; empty without frames."""
+    images, first = sequence.images, sequence.first
+    if first >= len(images):
+        return thumbnail(images[-1]) if images else b""
+    return thumbnail(images[first], sequence.boxes[first] / [*sequence.size, *sequence.size])
 
 
 def _frame_image(
@@ -144,7 +157,7 @@ def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup 
 def overlap_matrix(
     means: pd.DataFrame, summary: Table, runs: PageRuns, sequences: Sequence[PlayerSequence]
 ) -> Markup:
-    """Return the matrix of mean overlaps (sequences by trackers) with the best tracker first.
+    """Return the matrix of mean overlaps (sequences by trackers).
 
     If there are more than `N_SHOWN_SEQUENCES`, the sequences with the lowest overlap come first.
     Means over all sequences come from `summary`.
@@ -154,7 +167,7 @@ def overlap_matrix(
         means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
     overall = means_by_tracker(summary.data)
     mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
-    names = sorted(mean_of, key=lambda name: _descending(mean_of[name]))
+    names = [str(name) for name in means]
     rows = [
         {
             "sequence": str(sequence),
@@ -173,48 +186,61 @@ def overlap_matrix(
     )
 
 
-def pair_matrix(comparison: Comparison, runs: PageRuns, note: str) -> Markup:
-    """Return the decisions on all pairs, best tracker first."""
-    pairs = {(pair.first, pair.second): pair for pair in comparison.pairs}
-    means = {standing.tracker: standing.mean for standing in comparison.standings}
-    names = sorted(comparison.scores, key=lambda name: -means[name])
+def pair_differences(comparison: Comparison, runs: PageRuns, note: str) -> Markup:
+    """Return the differences of pairs with their intervals, grouped by the better-ranked tracker.
+
+    The first group is shown, the others are folded if there are many pairs.
+    """
+    ends = [0.0]
+    for pair in comparison.pairs:
+        ends += [-abs(pair.difference), abs(pair.difference), *(pair.interval or ())]
+    high = ceil(10 * max(map(abs, ends))) / 10  # the axis is symmetric
+    groups: dict[int, list[dict[str, Any]]] = {}
+    for pair in comparison.pairs:
+        first, second = sorted(map(runs.trackers.index, (pair.first, pair.second)))
+        groups.setdefault(first, []).append(_pair_row(comparison, runs, pair, second, high))
+    ordered = [
+        (first, runs.trackers[first], sorted(groups[first], key=itemgetter("tracker")))
+        for first in sorted(groups)
+    ]
+    n_shown = len(ordered) if len(comparison.pairs) <= SHOWN_PAIRS else 1
     return card(
-        "pair_matrix",
-        trackers=[(runs.trackers.index(name), name) for name in names],
-        rows=[[_pair_cell(comparison, runs, pairs, a, b) for b in names] for a in names],
+        "pair_differences",
+        shown=ordered[:n_shown],
+        folded=ordered[n_shown:] if len(comparison.scores) <= _MAX_PAIRED else [],
+        n_pairs=len(comparison.pairs),
+        high=high,
+        is_decided=len(comparison.units) >= MIN_UNITS,
         note=note,
     )
 
 
-def _pair_cell(
-    comparison: Comparison,
-    runs: PageRuns,
-    pairs: Mapping[tuple[str, str], Pair],
-    first: str,
-    second: str,
-) -> dict[str, Any] | None:
-    """Return the decision on a pair; it opens the sequence with the largest difference."""
-    if first == second:
-        return None
-    is_turned = (first, second) not in pairs
-    pair = pairs[(second, first) if is_turned else (first, second)]
+def _pair_row(
+    comparison: Comparison, runs: PageRuns, pair: Pair, second: int, high: float
+) -> dict[str, Any]:
+    """Return the difference to the tracker `second`; it opens the largest one of a sequence.
+
+    Positions are shares of an axis from `-high` to `high`.
+    """
+    name = runs.trackers[second]
     sign, label = 1.0, str(pair.decision.label)
-    if is_turned:
+    if pair.first == name:
         sign, label = -1.0, {"better": "worse", "worse": "better"}.get(label, label)
-    by_unit, largest = sign * pair.by_unit, int(np.argmax(np.abs(pair.differences)))
+    largest = int(np.argmax(np.abs(pair.differences)))
     behind = pair.second if pair.differences[largest] > 0 else pair.first
-    tip = f"{one_line(first)} minus {one_line(second)}: {sign * pair.difference:+.3f}"
-    if pair.interval is not None:
-        tip += " [{:+.3f}, {:+.3f}]".format(*sorted(sign * end for end in pair.interval))
-    tip += f"; {pair.decision.reason}" if pair.decision.reason else ""
+    interval = pair.interval and sorted(sign * end for end in pair.interval)
+    tip = [pair.decision.reason] if pair.decision.reason else []
     if pair.same_boxes:
-        tip += f"; same boxes on {pair.same_boxes} of {len(comparison.sequences)} sequences"
+        tip.append(f"same boxes on {pair.same_boxes} of {len(comparison.sequences)} sequences")
     return {
+        "tracker": second,
+        "label": name,
         "decision": label if len(comparison.units) >= MIN_UNITS else "",
         "difference": sign * pair.difference,
-        "n_won": int((by_unit > 0).sum()),
-        "n_lost": int((by_unit < 0).sum()),
-        "tip": tip,
+        "interval": interval,
+        "at": [(end + high) / (2 * high) for end in (sign * pair.difference, *(interval or ()))],
+        "wins": f"{int((sign * pair.by_unit > 0).sum())} of {len(pair.by_unit)}",
+        "tip": "; ".join(tip),
         "position": runs.worst_position(behind, comparison.sequences[largest], "overlap"),
     }
 

@@ -32,6 +32,9 @@ MAX_INLINE_FRAMES = 10_000_000
 _MIN_WRAPPED = 16
 """Minimum number of characters of a text in a table that is wrapped."""
 
+_MIN_DIVIDED = 12
+"""Minimum number of characters of a name that may be wrapped after a separator."""
+
 GLOSSARY: Mapping[str, str] = {
     "overlap": "Overlap (IoU): area shared by the estimated and the ground-truth box, divided by "
     "the area that both cover. 1 is perfect, 0 is a miss.",
@@ -132,6 +135,7 @@ def _environment() -> Environment:
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
         "template_source": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
+        "font_face": _font_face(),
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
         "version": package_version(),
@@ -167,8 +171,20 @@ def _with_code(prose: str) -> Markup:
 def _divided(name: str) -> Markup:
     """Allow line breaks after the separators in a long name."""
     escaped = escape(one_line(name))
-    pieces = re.split(r"(?<=[:=/,])(?=\w)", escaped) if len(name) > _MIN_WRAPPED else [escaped]
+    pieces = re.split(r"(?<=[:=/,])(?=\w)", escaped) if len(name) > _MIN_DIVIDED else [escaped]
     return Markup("<wbr>").join(map(Markup, pieces))
+
+
+def _font_face() -> Markup:
+    """Return the rule of the page's font: a Latin subset of Inter, see `inter-OFL.txt`.
+
+    It is the file `inter-latin-wght-normal.woff2` of the npm package @fontsource-variable/inter,
+    version 5.3.0, limited by fonttools to weights of 400 to 700, U+0020 to U+00FF, some punctuation
+    and the features kern, tnum and calt.
+    """
+    font = b64encode((_TEMPLATES / "inter.woff2").read_bytes()).decode()
+    rule = "@font-face { font-family: Inter; font-weight: 400 700; src: url(data:font/woff2;base64,"
+    return Markup(f"{rule}{font}); }}")  # noqa: S704  # our file
 
 
 def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:

@@ -24,6 +24,7 @@ _MAX_WAITING = 32  # frames that wait for an encoding thread
 _MAX_PNG_SIZE = 200_000  # bytes; plots are smaller, and PNG keeps them sharp
 _MAX_PICTURE_SIZE = 4000, 16_000  # pixels; a side of WebP has at most 16 383
 _THUMBNAIL_SIZE = 88, 66  # pixels
+_CONTEXT = 2.0  # height of a thumbnail, in multiples of the longer side of the target
 _EFFORT = 2  # effort of the WebP encoder, 0 to 6: more takes much longer and saves little
 
 
@@ -85,11 +86,23 @@ def compress_picture(png: bytes) -> bytes:
     return _encode(picture, 80)
 
 
-def thumbnail(frame: bytes) -> bytes:
-    """Return a WebP frame in the size of a thumbnail; empty for an empty frame."""
+def thumbnail(frame: bytes, box: NDArray[np.float64] | None = None) -> bytes:
+    """Return a WebP frame in the size of a thumbnail; empty for an empty frame.
+
+    `box`: x, y, width and height in shares of the frame. The thumbnail shows the part of the frame
+    around it, since sequences of one scene are alike in all but the target.
+    """
     if not frame:
         return b""
     picture = Image.open(io.BytesIO(frame))
+    if box is not None and np.isfinite(box).all():
+        size = np.array(picture.size)
+        centre, reach = (box[:2] + box[2:] / 2) * size, _CONTEXT * max(box[2:] * size) / 2
+        half = reach * np.array(_THUMBNAIL_SIZE) / _THUMBNAIL_SIZE[1]
+        half *= min(1.0, *(size / 2 / half))
+        centre = centre.clip(half, size - half)
+        picture = picture.crop(tuple(np.rint([*(centre - half), *(centre + half)]).astype(int)))
+        picture = picture.resize(_THUMBNAIL_SIZE)
     picture.thumbnail(_THUMBNAIL_SIZE)
     return _encode(picture, 50)
 

@@ -23,10 +23,12 @@ from trackmark.bench.analysis.score_tables import failed_runs, with_not_run
 from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
+    N_BESIDE,
     leaderboard,
     lost_runs,
     overlap_matrix,
-    pair_matrix,
+    pair_differences,
+    ranked_trackers,
     sequence_folds,
     worst_frames,
 )
@@ -52,9 +54,6 @@ if TYPE_CHECKING:
 
 _MAX_FAILURES = 200
 """Maximum number of rows of failed runs."""
-
-_MAX_PAIRED = 30
-"""Maximum number of trackers in the table of all pairs."""
 
 _MIN_RUNS_OF_SURVIVAL = 20
 """Minimum number of runs per tracker for the survival plot on the page."""
@@ -112,19 +111,17 @@ class _ReportPage:
         self.tables = {table.name: table for table in tables}
         self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
         self.timed = runs.timed
+        self.summary: Table | None = None
         names = [str(name) for name in self.scored["tracker"].unique()]
-        if len(names) > CROWDED and "mean_overlap" in self.scored:  # the best ones have colours
-            means = self.scored.groupby("tracker")["mean_overlap"].mean().fillna(0)
-            names.sort(key=lambda name: -means[name])
+        if len(self.scored):
+            summary = self.tables.get("summary")
+            self.summary = summary or summary_of(self.scored, self.timed, "")
+            names = ranked_trackers(self.summary)
         self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
         is_finished = self.scored["status"] == "finished"
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.complete = [name for name in names if name not in incomplete]
         self.failed, self.left_out = failed_runs(self.scored)
-        self.summary: Table | None = None
-        if len(self.scored):
-            summary = self.tables.get("summary")
-            self.summary = summary or summary_of(self.scored, self.timed, "")
         self.comparison, self.overall_answer = self._compare()
         self.curves = share_charts(self.page_runs, self.complete)
         self.speed: list[Any] = []
@@ -188,7 +185,9 @@ class _ReportPage:
             board = leaderboard(summary, runs, self.failed, self.time_marks, self.time_notes)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
-            cards = [card("charts", charts=self.curves)]
+            # The plot is as high as the leaderboard and the frames below it.
+            height = 270 if len(runs.sequences) > N_BESIDE else 400
+            cards = [card("charts", charts=self.curves, height=height)]
             yield PageSection("curves", "Success and precision", cards, span=5)
         if worst := worst_frames(runs, sequences):
             yield PageSection("worst", "Worst frames", [worst], span=7)
@@ -197,9 +196,9 @@ class _ReportPage:
             title = "Sequences by trackers"
             yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
-        if compared is not None and compared.pairs and len(compared.scores) <= _MAX_PAIRED:
+        if compared is not None and compared.pairs:
             limit = next((text for text in self.overall_answer.details if "too few" in text), "")
-            pairs, title = pair_matrix(compared, runs, limit), "Pairwise comparison"
+            pairs, title = pair_differences(compared, runs, limit), "Pairwise comparison"
             yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
             cards = [card("chart", chart=chart) for chart in self.speed]
@@ -322,7 +321,8 @@ class _ReportPage:
         data = self.tables["sequences"].data
         data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
         means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        return means.reindex(index=data["sequence"].unique(), columns=data["tracker"].unique())
+        trackers = [name for name in self.page_runs.trackers if name in means]
+        return means.reindex(index=data["sequence"].unique(), columns=trackers)
 
     def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""

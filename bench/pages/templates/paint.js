@@ -143,7 +143,7 @@ function drawCurve() {
   const x = (number) => PLOT.left + alongCurve(number) * (width - PLOT.left - PLOT.right);
   const y = (value) => foot - value / top * PLOT.height;
   const inks = getComputedStyle(dialog), ink = (name) => inks.getPropertyValue(name);
-  curvePen.font = "11px system-ui";
+  curvePen.font = "11px Inter, system-ui";
   const line = (x0, y0, x1, y1) => { curvePen.beginPath(); curvePen.moveTo(x0, y0); curvePen.lineTo(x1, y1); curvePen.stroke(); };
   curvePen.strokeStyle = ink("--line");
   curvePen.fillStyle = ink("--faint");

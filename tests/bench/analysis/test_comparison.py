@@ -394,7 +394,7 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     assert "c" in to_csv(standings)
     assert data["answer"] == answer_of(comparison).heading
     assert data["answer"].startswith(f"{comparison.main} is better than ")
-    assert f"{max(row['mean'] for row in data['trackers']):.2f} [" in data["answer"]
+    assert f": {max(row['mean'] for row in data['trackers']):.2f} against " in data["answer"]
     assert max(map(len, screen_lines(comparison))) <= 80
     assert len(screen_lines(comparison)) <= 20
 

@@ -92,7 +92,8 @@ def test_sequences_of_a_published_set_are_found(make_runs, jogging):
         assert means[f"{tracker} (published)"] == pytest.approx(mean, abs=1e-12)
     assert len(comparison.pairs) == 34
     rank = 1 + sum(mean > means["a"] for mean in means.values())
-    assert f"By its mean, a has rank {rank} of 35." in answer_of(comparison).details
+    heading = f"a has rank {rank} of 35 by mean overlap (otb) on 6 sequences: 0.50."
+    assert answer_of(comparison).heading == heading
     assert not any(standing.is_unbeaten for standing in comparison.standings[1:])
 
 
