@@ -1,8 +1,8 @@
-"""Show what trackmark does: run four trackers and write a page."""
+"""Show what trackmark does: run seven trackers and write a page."""
 
 import os
 import sys
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -17,7 +17,6 @@ from trackmark.bench.commands._options import (
     with_options,
 )
 from trackmark.bench.commands._progress import (
-    RunProgress,
     open_runs,
     print_hint,
     print_message,
@@ -39,7 +38,7 @@ class DemoOptions:
 @click.command("demo", cls=Command)
 @with_options(DemoOptions)
 def command(options: DemoOptions) -> int:
-    """Show what trackmark does: run four trackers and write a page.
+    """Show what trackmark does: run seven trackers and write a page.
 
     The command runs the built-in experiment `demo` in about a minute, without a download.
 
@@ -57,17 +56,7 @@ def command(options: DemoOptions) -> int:
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name
     execution_options = ExecutionOptions(results_root=results.parent, jobs=options.jobs)
-    # Timing runs come first: the table of scores includes their times.
-    timed = replace(experiment, is_timing=True, repetitions=1)
-    executions = [plan_experiment(runs, execution_options) for runs in (timed, experiment)]
-    title = (
-        f"Demo: {len(experiment.trackers)} trackers on {len(experiment.sequences)} sequences, "
-        f"{sum(execution.tasks.n_runs for execution in executions)} runs (about 1 minute)"
-    )
-    with RunProgress(title, results) as runs_progress:
-        runs_progress.expect(*executions)
-        for execution in executions:
-            execute_runs(execution, progress=runs_progress)
+    execute_runs(plan_experiment(experiment, execution_options))
     runs = open_runs(results)
     summary = summarise(runs)
     assert summary is not None
