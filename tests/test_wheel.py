@@ -1,5 +1,6 @@
 """The wheel and the source archive: their files, and an installation next to other packages."""
 
+import os
 import re
 import subprocess
 import sys
@@ -16,8 +17,13 @@ import trackmark
 from trackmark import datasets
 from trackmark.bench.package_version import package_version
 from trackmark.datasets import samples
+from trackmark.reports.video import save_video
 
 ROOT = Path(__file__).parents[1]
+README = (ROOT / "README.md").read_text()
+FLAGS = re.DOTALL | re.MULTILINE
+CODE = re.compile(r"(^```(\w*)\n(.*?)^```$)|`([^`\n]+)`", FLAGS)  # blocks, and code in sentences
+ROLES = ("AUTHOR", "COMMITTER")
 USE_BOTH = """
 import datasets, trackers
 from importlib.metadata import files
@@ -104,21 +110,79 @@ def write_foreign_wheel(folder, name):
     return file
 
 
-@pytest.mark.slow
-def test_wheel_works_next_to_foreign_packages(archives, tmp_path):
+@pytest.fixture
+def environment(archives, tmp_path):
+    """Install the wheel and foreign packages into a new environment; return its folder.
+
+    Libraries come from the environment of the tests, after the packages of the new one.
+    """
     venv.create(tmp_path / "venv", with_pip=True)
     python = tmp_path / "venv" / "bin" / "python"
-    wheels = [
-        archives[0],
-        *(write_foreign_wheel(tmp_path, name) for name in ("datasets", "trackers")),
-    ]
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", *wheels], check=True)
+    foreign = [write_foreign_wheel(tmp_path, name) for name in ("datasets", "trackers")]
+    install = [python, "-m", "pip", "install", "--quiet", "--no-deps"]
+    subprocess.run([*install, archives[0], *foreign], check=True)
     (packages,) = (tmp_path / "venv").glob("lib/*/site-packages")
-    # Our libraries come from this environment, after the packages of the new one.
     (packages / "libraries.pth").write_text(str(Path(pytest.__file__).parents[1]))
+    return tmp_path / "venv"
+
+
+@pytest.mark.slow
+def test_wheel_works_next_to_foreign_packages(environment, tmp_path):
+    python = environment / "bin" / "python"
     done = subprocess.run(
         [python, "-c", USE_BOTH], check=True, capture_output=True, text=True, cwd=tmp_path
     )
     file, fingerprint = done.stdout.split()
+    (packages,) = environment.glob("lib/*/site-packages")
     assert file == str(packages / "trackmark" / "trackers" / "static.py")
     assert fingerprint == datasets.load("samples/face").fingerprint
+
+
+def readme_commands(text):
+    """Return the command lines of a page in their order, also those in its sentences."""
+    commands = []
+    for _, language, block, inline in CODE.findall(text):
+        lines = block.splitlines()
+        if inline:
+            commands += [inline] * inline.startswith("trackmark run ")
+        elif any(line.startswith("$ ") for line in lines):
+            commands += [line[2:] for line in lines if line.startswith("$ ")]
+        elif not language and re.match(r"(trackmark|git|pip) ", block):
+            commands += lines
+    return commands
+
+
+def test_readme_commands_have_an_order():
+    commands = [" ".join(line.split()[:2]) for line in readme_commands(README)]
+    assert commands[:2] == ["pip install", "trackmark demo"]
+    order = ["trackmark reproduce", "trackmark run", "trackmark compare", "trackmark baseline"]
+    order += ["git add", "trackmark check", "trackmark annotate", "trackmark show"]
+    assert [commands.index(command) for command in order] == sorted(map(commands.index, order))
+
+
+@pytest.mark.weekly
+def test_readme_commands_run_from_the_wheel(environment, tmp_path):
+    folder = tmp_path / "empty"
+    folder.mkdir()
+    for name, content in re.findall(r"here \*([\w.]+)\*[^`]*?```\w+\n(.*?)^```$", README, FLAGS):
+        (folder / name).write_text(content)
+    video = datasets.load("plain/target:length=40:width=640:height=480")
+    save_video(folder / "cup.mp4", ((frame, video[frame]) for frame in range(len(video))), {})
+    # Other load can need a larger budget of time, and can make a tracker look slower (status 1).
+    commands = [
+        re.sub(r"--timing --revision \S+", r"\g<0> --budget 6h || test $? = 1", line)
+        for line in readme_commands(README)
+        if not line.startswith("pip install")
+    ]
+    identity = {f"GIT_{role}_{field}": "a@b" for role in ROLES for field in ("NAME", "EMAIL")}
+    subprocess.run(["git", "init", "--quiet"], cwd=folder, check=True)
+    done = subprocess.run(
+        ["bash", "-ex", "-c", "\n".join(commands)],
+        cwd=folder,
+        env=os.environ | identity | {"PATH": f"{environment / 'bin'}:{os.environ['PATH']}"},
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-3000:]
+    for name in ("out/demo/report.html", "results/windows/report.html", "tracked.mp4"):
+        assert (folder / name).stat().st_size
