@@ -134,9 +134,9 @@ def layouts() -> dict[str, Layout]:
 
     Raises `SequenceError` for a wrong file of the user, naming table and field.
     """
-    own = os.environ.get(LAYOUT_VARIABLE, "")
+    file = os.environ.get(LAYOUT_VARIABLE, "")
     built_in = _read(Path(__file__).with_name("layouts.toml"), 0)
-    return {**_read(Path(own), Path(own).stat().st_mtime_ns), **built_in} if own else built_in
+    return {**_read(Path(file), Path(file).stat().st_mtime_ns), **built_in} if file else built_in
 
 
 @cache

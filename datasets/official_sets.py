@@ -38,12 +38,12 @@ def compare(layout: str, names: Iterable[str]) -> list[Coverage]:
     present = set(names)
     coverages: dict[int, list[Coverage]] = {}  # by number of unknown sequences
     for official in layouts()[layout].sets:
-        known = official.sequence_names()
-        members = present & known if known else present
+        official_names = official.sequence_names()
+        members = present & official_names if official_names else present
         unknown = tuple(sorted(present - members))
         n_unknown = len(unknown) or max(0, len(members) - official.size)
         if 4 * n_unknown < len(present):
-            missing = tuple(sorted(known - present))
+            missing = tuple(sorted(official_names - present))
             coverage = Coverage(official, len(members), missing, unknown)
             coverages.setdefault(n_unknown, []).append(coverage)
     closest = coverages[min(coverages)] if coverages else []

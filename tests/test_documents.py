@@ -123,27 +123,43 @@ def test_contributing_cues_follow_the_observation(tmp_path):
     assert size.weights @ size.states == pytest.approx(9.5, abs=1.5)
 
 
-def test_contributing_reader_reads(tmp_path):
-    import importlib.util
-
+@pytest.mark.parametrize(
+    ("page", "images", "truth", "row", "box"),
+    [
+        ("CONTRIBUTING.md", "walk/{}.png", "walk/boxes.txt", "1 2 3 4\n", [0, 1, 3, 4]),
+        (
+            "docs/datasets.md",
+            "shots/walk/cam_000{}.png",
+            "boxes/walk.txt",
+            "1,1,2,4,6,0\n",
+            [1, 2, 3, 4],
+        ),
+    ],
+)
+def test_layout_of_a_page_reads(page, images, truth, row, box, tmp_path, monkeypatch):
     import cv2
 
-    (code,) = (block for block in blocks("CONTRIBUTING.md", "python") if "recognises" in block)
-    file = tmp_path / "numbered.py"
-    file.write_text(code)
-    spec = importlib.util.spec_from_file_location("numbered", file)
-    reader = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(reader)
-    folder = tmp_path / "clip"
-    folder.mkdir()
-    assert not reader.recognises(folder)
-    for i in range(3):
-        cv2.imwrite(str(folder / f"{i}.png"), np.full((20, 30, 3), i, np.uint8))
-    (folder / "boxes.txt").write_text("1 2 3 4\n" * 3)
-    sequence = reader.read(folder, None)
-    assert reader.recognises(folder)
-    assert sequence.boxes.tolist() == [[1, 2, 3, 4]] * 3
-    assert sequence[2].max() == 2
+    from trackmark.datasets.layouts import LAYOUT_VARIABLE
+
+    (code,) = (block for block in blocks(page, "toml") if "truth = " in block)
+    (tmp_path / "mine.toml").write_text(code)
+    monkeypatch.setenv(LAYOUT_VARIABLE, str(tmp_path / "mine.toml"))
+    for file in (images, truth):
+        (tmp_path / file).parent.mkdir(parents=True, exist_ok=True)
+    for number in (1, 2, 3):
+        image = np.full((20, 30, 3), number, np.uint8)
+        cv2.imwrite(str(tmp_path / images.format(number)), image)
+    (tmp_path / truth).write_text(row)
+    sequence = datasets.load(tmp_path / "walk")
+    assert sequence.boxes[0].tolist() == box
+    assert sequence.annotated.tolist() == [True, False, False]
+    assert sequence[2].max() == 3
+
+
+def test_layout_table_of_the_page_is_current():
+    from tools.layout_table import PAGE, updated
+
+    assert PAGE.read_text("utf-8") == updated(PAGE.read_text("utf-8"))
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])

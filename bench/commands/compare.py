@@ -14,7 +14,6 @@ from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
-    layout_option,
     parse_imported,
     with_imported,
 )
@@ -24,6 +23,7 @@ from trackmark.bench.commands._options import (
     ExecutionOptions,
     ScreenOptions,
     argument,
+    layout_option,
     matching_sequences,
     metrics_option,
     name_option,

@@ -22,6 +22,7 @@ from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
+    from trackmark.datasets.metadata import SequenceMetadata
     from trackmark.datasets.official_sets import Coverage
 
 
@@ -275,7 +276,7 @@ def _sequence(name: str, truth: Path | None, *, with_attributes: bool) -> Descri
         "frames": metadata.length,
         "size": f"{width}x{height} pixels",
         "fps": metadata.fps,
-        "truth": f"{metadata.present} of {metadata.length} frames" if metadata.present else none,
+        "truth": _truth(metadata) if metadata.present else none,
         "truth_source": metadata.truth_source if metadata.present else "",
         "remarks": " ".join(metadata.remarks),
         "regions": ", ".join(metadata.regions),
@@ -300,6 +301,15 @@ def _sequence(name: str, truth: Path | None, *, with_attributes: bool) -> Descri
                 f"{measured['statistic']} of frames"
             )
     return json_object, lines
+
+
+def _truth(metadata: "SequenceMetadata") -> str:
+    """Return the numbers of frames in which the target is present, absent and not annotated."""
+    n_absent = metadata.annotated - metadata.present
+    n_unknown = metadata.length - metadata.annotated
+    absent = f", absent in {n_absent}" if n_absent else ""
+    unknown = f", not annotated in {n_unknown}" if n_unknown else ""
+    return f"target present in {metadata.present} of {metadata.length} frames{absent}{unknown}"
 
 
 def _measured(name: str, truth: Path | None) -> dict[str, Any]:

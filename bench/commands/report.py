@@ -11,7 +11,6 @@ from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
     imported_option,
     imported_runs,
-    layout_option,
     parse_imported,
     with_imported,
 )
@@ -19,6 +18,7 @@ from trackmark.bench.commands._options import (
     Command,
     ScreenOptions,
     argument,
+    layout_option,
     metrics_option,
     option,
     output_option,

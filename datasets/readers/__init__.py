@@ -126,8 +126,8 @@ def reads(path: Path) -> bool:
 
 def path_format(path: Path) -> str:
     """Return the layout that the reader of a path expects, or "" if no reader recognises it."""
-    found = _find_format(path)
-    return "" if found is None else found.layout.in_words
+    data_format = _find_format(path)
+    return "" if data_format is None else data_format.layout.in_words
 
 
 def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
@@ -135,11 +135,11 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
 
     `is_named`: the user gave this path, and not a folder or a pattern that selects it.
     """
-    found = _find_format(path)
+    data_format = _find_format(path)
     with _named_errors(path):
-        if found is None:
+        if data_format is None:
             return []
-        reader = found.reader
+        reader = data_format.reader
         is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
         if not isinstance(reader, ReaderOfSplits) or is_one:
             return [path]
@@ -269,9 +269,9 @@ def options(path: Path) -> list[dict[str, Any]]:
 
     Raises `SequenceError` if the data cannot be read.
     """
-    found = _find_format(path)
+    data_format = _find_format(path)
     with _named_errors(path):
-        reader = None if found is None else found.reader
+        reader = None if data_format is None else data_format.reader
         return reader.options(path) if isinstance(reader, ReaderWithOptions) else []
 
 
@@ -335,10 +335,10 @@ def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
 
 
 def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> Sequence:
-    found = _find_format(path)
-    if found is None:
+    data_format = _find_format(path)
+    if data_format is None:
         raise SequenceError(_not_recognised(path))
-    layout, reader = found
+    layout, reader = data_format
     names = [option["name"] for option in options(path)] if option_values else []
     unknown = sorted(option_values.keys() - names)
     if unknown:

@@ -2,11 +2,11 @@
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from fnmatch import fnmatchcase
 from functools import lru_cache
 from glob import escape
-from itertools import pairwise, product
+from itertools import product
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -152,7 +152,7 @@ class RowsReader:
 
     def _locate(self, path: Path) -> dict[str, _Location]:
         """Return the files of a sequence by value of the option; none for another layout."""
-        layout, full, found = self.layout, path.resolve(), dict[str, _Location]()
+        layout, full, locations = self.layout, path.resolve(), dict[str, _Location]()
         pairs = list(product(layout.images or (".",), layout.truth))
         for value, (images, truth) in product(layout.values or ("",), pairs):
             for root, name in _candidates(full, images, truth, value):
@@ -166,8 +166,8 @@ class RowsReader:
                 is_empty = len(layout.images) > 1 and folder.is_dir() and not image_files(folder)
                 is_listed = not self._is_shared or name in self._entries(source)
                 if is_listed and not (is_other or is_empty):
-                    found.setdefault(value, _Location(root, name, value, folder, source))
-        return found
+                    locations.setdefault(value, _Location(root, name, value, folder, source))
+        return locations
 
     def _existing(self, root: Path, pattern: str, name: str, value: str) -> Path | None:
         """Return the only path of a pattern, or None."""
@@ -250,16 +250,14 @@ class RowsReader:
     def _named_images(self, location: _Location) -> list[Path]:
         """Return the images that a JSON file names, relative to the folder of the data set."""
         names = self._json_list(location, self.layout.json_keys["images"])
-        for name in names:
-            if not isinstance(name, str) or ".." in Path(name).parts or Path(name).is_absolute():
-                raise SequenceError(
-                    f"{location.truth}: {quote(str(name))} is not an image of {location.name}. "
-                    "Expected: a path inside this folder."
-                )
-        files = [location.root / name for name in names]
+        files = [location.root / str(name) for name in names]
         for file in files:
-            if not file.is_file():
-                raise SequenceError(f"{file}: this image of {location.name} is missing. Add it.")
+            is_inside = file.is_relative_to(location.root) and ".." not in file.parts
+            if not (is_inside and file.is_file()):
+                raise SequenceError(
+                    f"{location.truth}: there is no image {quote(str(file))} in this folder, which "
+                    f"{location.name} needs. Add it."
+                )
         return files
 
     def _ground_truth(
@@ -270,14 +268,9 @@ class RowsReader:
         boxes, annotated = self._boxes(rows, source, images)
         attributes = {key: x > 0 for key, x in rows.columns.items() if key not in _NO_ATTRIBUTES}
         if "frame" in rows.columns:
-            frames = self._frame_numbers(rows, source, images)
-            if layout.frames == "sparse":
-                n = int(frames[-1]) + 1
-                boxes, annotated = _spread(boxes, frames, n), _spread(annotated, frames, n)
-                attributes = {key: _spread(flags, frames, n) for key, flags in attributes.items()}
-            else:
-                boxes, annotated = boxes[frames], annotated[frames]
-                attributes = {key: flags[frames] for key, flags in attributes.items()}
+            assign = self._assignment(rows, source, images)
+            boxes, annotated = assign(boxes), assign(annotated)
+            attributes = {key: assign(flags) for key, flags in attributes.items()}
         elif isinstance(images, list):
             check_row_count(len(boxes), images, source)
         n = frames_with_values(len(boxes), images) if isinstance(images, list) else len(boxes)
@@ -312,36 +305,38 @@ class RowsReader:
             boxes[rows.columns["absent"] > 0.0] = np.nan
         return boxes, annotated
 
-    def _frame_numbers(
+    def _assignment(
         self, rows: _Rows, source: Path, images: list[Path] | Path
-    ) -> NDArray[np.int64]:
-        """Return the frame of each row; of rows that are not sparse, the rows of the images."""
-        numbers_of_rows, n_images = rows.columns["frame"].tolist(), len(rows.lines)
-        first, step = 0, self.layout.rows_per_image
-        if isinstance(images, list):
-            digits = digits_of_name(images[0], self.layout.image_names)
-            n_images, first = len(images), int(digits or 0)
-        _check_frames(numbers_of_rows, rows.lines, source, self.layout.frames, first)
+    ) -> Callable[[NDArray[Any]], NDArray[Any]]:
+        """Return the function that converts values of rows to values of frames."""
+        names, step = self.layout.image_names, self.layout.rows_per_image
+        files = images if isinstance(images, list) else []
+        first = int(digits_of_name(files[0], names) or 0) if files else 0
+        _check_frames(rows, source, self.layout.frames, first)
+        frames, n = (rows.columns["frame"] - first).astype(np.int64), len(rows.lines)
         if self.layout.frames == "sparse":
-            return (rows.columns["frame"] - first).astype(np.int64)
-        is_thinned = abs(len(numbers_of_rows) - step * n_images) < step
-        n = n_images if is_thinned else len(numbers_of_rows)
-        return np.arange(len(numbers_of_rows))[:: step if is_thinned else 1][:n]
+            return lambda values: _spread(values, frames)
+        is_thinned = files and abs(n - step * len(files)) < step
+        return lambda values: values[::step][: len(files)] if is_thinned else values
 
     def _entries(self, source: Path) -> Mapping[str, Any]:
-        """Return the ground truth of all sequences in a file by name."""
-        status = source.stat()
+        """Return the content of a JSON file, or the lines of all sequences in a file by name."""
+        status, names = source.stat(), self.layout.columns.split()
         stamp = status.st_size, status.st_mtime_ns
-        if self.layout.json_keys:
-            return _read_json(source, stamp)
-        names = [i for i, name in enumerate(self.layout.columns.split()) if name == "name"]
-        return _lines_by_name(source, stamp, tuple(names))
+        columns = tuple(index for index, name in enumerate(names) if name == "name")
+        is_json = bool(self.layout.json_keys)
+        entries = _read_json(source, stamp) if is_json else _lines_by_name(source, stamp, columns)
+        for name in entries if self._is_shared else ():
+            if "\0" in name or Path(name).name != name:
+                raise SequenceError(
+                    f"{source}: {quote(name)} is not a name of a sequence. Download the file again."
+                )
+        return entries
 
     def _json_list(self, location: _Location, key: str) -> list[Any]:
         """Return a list of a JSON file."""
-        status = location.truth.stat()
-        entry = _read_json(location.truth, (status.st_size, status.st_mtime_ns))
-        entry = entry.get(location.name, {}) if self._is_shared else entry
+        entry = self._entries(location.truth)
+        entry = entry[location.name] if self._is_shared else entry
         values = entry.get(key) if isinstance(entry, dict) else None
         if not isinstance(values, list):
             raise SequenceError(f"{location.truth}: there is no list {key!r} of {location.name}.")
@@ -349,17 +344,17 @@ class RowsReader:
 
     def _json_rows(self, location: _Location) -> _Rows:
         """Return the boxes of a JSON file; an empty list is a frame without a box."""
-        keys = self.layout.json_keys
-        rows = []
+        keys, rows, columns = self.layout.json_keys, list[Array](), {}
         for frame, row in enumerate(self._json_list(location, keys["boxes"])):
-            values = np.array(row or [np.nan] * 4, np.float64) if _is_row(row) else np.empty(0)
+            values = numbers(
+                " ".join(map(str, row or [np.nan] * 4)) if isinstance(row, list) else ""
+            )
             if len(values) not in (4, _POLYGON):
                 raise SequenceError(
                     f"{location.truth}: {keys['boxes']} of frame {frame} is {quote(str(row))}. "
                     "Expected: x, y, width, height, or the four corners of a polygon."
                 )
-            rows.append(values if len(values) == 4 else _around(values[None])[0])
-        columns = {}
+            rows.append(np.array(values) if len(values) == 4 else _around(np.array([values]))[0])
         if "present" in keys:
             flags = self._json_list(location, keys["present"])
             if len(flags) != len(rows) or not {*map(str, flags)} <= {"0", "1"}:
@@ -367,8 +362,8 @@ class RowsReader:
                     f"{location.truth}: {keys['present']} has {len(flags)} values for {len(rows)} "
                     "boxes. Expected: 0 or 1 for each box."
                 )
-            columns = {"present": np.array(flags, np.float64)}
-        return _Rows(np.array(rows), columns, [])
+            columns["present"] = np.array(flags, np.float64)
+        return _Rows(np.reshape(rows, (-1, 4)), columns, [])
 
     def _text_rows(self, location: _Location) -> _Rows:
         """Return the rows of a text file."""
@@ -423,7 +418,7 @@ def _match(pattern: str, full: Path) -> Iterator[tuple[Path, str]]:
             names.add(actual[len(before) : len(actual) - len(after)])
         elif "NAME" in part or not fnmatchcase(actual, part):
             return
-    if len(names) == 1 and len(full.parts) > len(parts):
+    if len(names) == 1 and "" not in names and len(full.parts) > len(parts):
         yield full.parents[len(parts) - 1], names.pop()
 
 
@@ -440,18 +435,15 @@ def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any)
 
 def _size(images: list[Path] | Path) -> tuple[int, int]:
     """Return width and height of the images."""
-    if isinstance(images, list):
-        return size_of_first(images)
-    from trackmark.datasets.video_frames import VideoFrames
-
-    height, width = VideoFrames(images)[0].shape[:2]
-    return width, height
+    if isinstance(images, Path):
+        raise SequenceError(f"{images}: boxes as shares of the image size need image files.")
+    return size_of_first(images)
 
 
-def _spread(values: NDArray[Any], frames: NDArray[np.int64], n: int) -> NDArray[Any]:
-    """Return values for n frames: NaN or False in frames without a row."""
+def _spread(values: NDArray[Any], frames: NDArray[np.int64]) -> NDArray[Any]:
+    """Return values for all frames up to the last row: NaN or False in frames without a row."""
     fill = np.nan if values.dtype == np.float64 else False
-    spread = np.full((n, *values.shape[1:]), fill, values.dtype)
+    spread = np.full((frames[-1] + 1, *values.shape[1:]), fill, values.dtype)
     spread[frames] = values
     return spread
 
@@ -489,34 +481,26 @@ def _around(points: Array) -> Array:
     return np.column_stack([low, high - low])
 
 
-def _is_row(row: Any) -> bool:
-    return isinstance(row, list) and all(
-        isinstance(value, int | float) and not isinstance(value, bool) for value in row
-    )
-
-
-def _check_frames(
-    frames: list[float], lines: list[int], source: Path, kind: str, first: int
-) -> None:
+def _check_frames(rows: _Rows, source: Path, kind: str, first: int) -> None:
     """Check that the frame numbers increase, and have no gap if they are not sparse.
 
     Raises `SequenceError` naming the line.
     """
-    remedy = "Add the missing row, or download the file again."
-    steps = [after - before for before, after in pairwise(frames)]
-    usual_step = min(steps, default=1.0) if kind == "regular" else 1.0
-    for line, frame, step in zip(lines[1:], frames[1:], steps, strict=True):
+    frames, remedy = rows.columns["frame"], "Add the missing row, or download the file again."
+    steps = np.diff(frames)
+    usual_step = steps.min(initial=MAX_FRAMES) if kind == "regular" and len(steps) else 1.0
+    for line, frame, step in zip(rows.lines[1:], frames[1:], steps, strict=True):
         if step <= 0.0 or (kind != "sparse" and step != usual_step):
             raise SequenceError(
                 f"{source}: line {line}: frame {frame:g} follows frame {frame - step:g}, but other "
                 f"rows are {usual_step:g} apart. {remedy}"
             )
     last_start = {"consecutive": first, "regular": max(usual_step - 1, 1)}.get(kind, MAX_FRAMES)
-    is_number = all(frame % 1 == 0 and frame < MAX_FRAMES for frame in frames)
+    is_number = (frames % 1 == 0).all() and frames[-1] < MAX_FRAMES
     if not (is_number and (0 if kind == "regular" else first) <= frames[0] <= last_start):
         raise SequenceError(
-            f"{source}: line {lines[0]}: frame {frames[0]:g} is the first. Expected: whole numbers "
-            f"from {first}. {remedy}"
+            f"{source}: line {rows.lines[0]}: frame {frames[0]:g} is the first. Expected: whole "
+            f"numbers from {first}. {remedy}"
         )
 
 

@@ -135,7 +135,9 @@ def test_codes_of_vots_are_read(trackmark, workspace):
     write_images(workspace / "v/color", 8, "{:08}.png")
     rows = "m10,12,3,2,0,6\n0\n0\nm11,12,3,2,0,6\n0\n1\n0\n0\n"
     (workspace / "v/groundtruth_1.txt").write_text(rows)
-    assert described(trackmark, "v")["truth"] == "2 of 8 frames"
+    assert described(trackmark, "v")["truth"] == (
+        "target present in 2 of 8 frames, absent in 1, not annotated in 5"
+    )
     sequence = datasets.load(workspace / "v")
     assert np.flatnonzero(sequence.annotated).tolist() == [0, 3, 5]
     assert [sequence.mask(i) is not None for i in (0, 1, 3)] == [True, False, True]

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from tests.datasets.readers.layouts import SIZE, write
+from tests.datasets.readers.test_mutations import mutate
 from trackmark import datasets
 from trackmark.bench.cli import main
 from trackmark.datasets import SequenceError
@@ -198,6 +199,28 @@ def test_data_set_is_read_as_published(create, name):
     assert sequence.annotated.tolist() == expected
     assert len(sequence.fingerprint) == 64
     assert sequence[-1].shape == (*SIZE[::-1], 3)
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_damaged_file_is_read_or_refused(create, name):
+    root = create(name)
+    files = [root / file for file in CASES[name][2]]
+    random = np.random.default_rng(sum(name.encode()))
+    outcomes, messages = set(), []
+    for file in files * (30 // len(files)):
+        content = file.read_bytes()
+        file.write_bytes(mutate(content, random))
+        try:
+            for path in datasets.matching(str(root)):
+                datasets.load(path).check_runnable()
+            outcomes.add("read")
+        except SequenceError as error:
+            outcomes.add("refused")
+            messages.append(str(error))
+        file.write_bytes(content)
+    assert "refused" in outcomes
+    # A target that is present in no frame is named by its sequence.
+    assert all(str(root) in text or "there is no ground truth" in text for text in messages)
 
 
 def test_every_layout_of_the_table_has_a_recording(create):
