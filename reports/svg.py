@@ -24,7 +24,7 @@ CROWDED = 7
 TOP = 5
 _MAX_TICKS = 6
 _MAX_LABEL = 24  # characters of a direct label
-_LETTER = 7.0  # mean width of a letter of a label [px]
+_LETTER = 8.0  # mean width of a letter of a label, also on a phone [px]
 _COLUMNS = 80  # possible positions of a direct label along the abscissa
 _DISTANCE = 11.0  # of the middle of a label from its line [px]
 _HEIGHT = 13.0  # of a label [px]
@@ -216,7 +216,7 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
         elements += mark.format(index, across, down, path)
         name = _short(line.label)
-        wide, frame = _LETTER * len(name), (x.pixels[0], y.pixels[1], x.pixels[1], y.pixels[0])
+        wide, frame = _LETTER * len(name), (x.pixels[0], 0.0, x.pixels[1], y.pixels[0])
         for shift in (0, -14, 14, -28, 28, -42, 42):
             sides = [(across + 10, "start"), (across - 10 - wide, "end")]
             places = [(left, down + shift, anchor) for left, anchor in sides]

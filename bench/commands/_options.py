@@ -27,6 +27,8 @@ from trackmark.datasets.decoding import quote
 if TYPE_CHECKING:
     from _typeshed import DataclassInstance
 
+    from trackmark.bench.analysis.published_sets import PublishedSet
+
 Options = TypeVar("Options", bound="DataclassInstance")
 
 EXISTING_FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
@@ -368,3 +370,25 @@ def matching_sequences(
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")
     return tuple(SequenceSpec(name, truth) for name in names)
+
+
+def published_option() -> Any:
+    """Declare the option for published scores."""
+    return option(
+        "Published scores: otb100, or a CSV file with tracker,sequence,METRIC.",
+        metavar="NAME|FILE",
+    )
+
+
+def parse_published(text: str | None) -> "Path | PublishedSet | None":
+    """Return the published set of this name, or else the file."""
+    from trackmark.bench.analysis.published_sets import SETS
+
+    if text is None or text in SETS:
+        return SETS.get(text or "")
+    if not Path(text).is_file():
+        raise click.BadParameter(
+            f"{text!r} is neither a CSV file nor one of the published sets: {', '.join(SETS)}.",
+            param_hint="--published",
+        )
+    return Path(text)

@@ -29,7 +29,9 @@ from trackmark.bench.commands._options import (
     name_option,
     option,
     output_option,
+    parse_published,
     protocol_option,
+    published_option,
     split_list,
     with_options,
 )
@@ -47,7 +49,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.analysis.comparison import Comparison
-    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.exchange.importing import ImportedTracker
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import ScoreMeasure
@@ -66,10 +67,7 @@ class CompareOptions(ScreenOptions, ExecutionOptions):
     results: Path | None = option("Results folder to compare.")
     results_of: tuple[str, ...] = imported_option()
     protocol: str | None = protocol_option()
-    published: str | None = option(
-        "Published scores: otb100, or a CSV file with tracker,sequence,METRIC.",
-        metavar="NAME|FILE",
-    )
+    published: str | None = published_option()
     repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
     metrics: list[str] = metrics_option("Statistics")
     metric: str | None = option(
@@ -125,7 +123,7 @@ def command(options: CompareOptions) -> int:
 
     if (options.sequences is None) == (options.results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    published = _published(options.published)
+    published = parse_published(options.published)
     if isinstance(published, Path) and published.stem.startswith("comparison"):
         # The tables in --output are called comparison.csv and so on.
         written = options.output and options.output / published.name
@@ -194,20 +192,6 @@ def _metrics(names: Sequence[str], protocol: str) -> list[str]:
     if not can_score("native", protocol):
         replaced["native"] = parse_protocol(protocol).metrics
     return list(dict.fromkeys(replaced.get(name, name) for name in names))
-
-
-def _published(text: str | None) -> "Path | PublishedSet | None":
-    """Return the published set of this name, or else the file."""
-    from trackmark.bench.analysis.published_sets import SETS
-
-    if text is None or text in SETS:
-        return SETS.get(text or "")
-    if not Path(text).is_file():
-        raise click.BadParameter(
-            f"{text!r} is neither a CSV file nor one of the published sets: {', '.join(SETS)}.",
-            param_hint="--published",
-        )
-    return Path(text)
 
 
 def _is_default(parameter: str) -> bool:

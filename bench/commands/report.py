@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -22,6 +22,8 @@ from trackmark.bench.commands._options import (
     metrics_option,
     option,
     output_option,
+    parse_published,
+    published_option,
     with_options,
 )
 from trackmark.bench.commands._progress import (
@@ -36,8 +38,8 @@ from trackmark.bench.commands._progress import (
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
     from trackmark.bench.analysis.by_attribute import AttributeReport
+    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.pages.report import Commands
-    from trackmark.bench.pages.report_figures import FigureFiles
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
@@ -71,6 +73,7 @@ class ReportOptions(ScreenOptions):
     )
     layout: Path | None = layout_option()
     metrics: list[str] = metrics_option()
+    published: str | None = published_option()
     by_attribute: bool = output_option(
         "Add scores by attribute of the sequences; see docs/attributes.md."
     )
@@ -115,6 +118,11 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
     if options.with_full_frames and not options.has_page:
         raise click.UsageError("--frames requires a page, which is not written. Give --output.")
+    if options.published is not None and not options.has_page:
+        raise click.UsageError(
+            "--published adds scores to a page, which is not written. Give --output."
+        )
+    published = parse_published(options.published)
     imported = parse_imported(options.results_of)
     if results is None:
         experiments = [imported_runs(imported, sequences or "")]
@@ -123,11 +131,17 @@ def command(options: ReportOptions) -> int:
         if imported:
             experiments = [with_imported(runs, imported) for runs in experiments]
     for runs in experiments:
-        _report(runs, options, with_folder_name=len(experiments) > 1)
+        _report(runs, options, published, with_folder_name=len(experiments) > 1)
     return _print_left_out(experiments)
 
 
-def _report(runs: "Runs", options: ReportOptions, *, with_folder_name: bool) -> None:
+def _report(
+    runs: "Runs",
+    options: ReportOptions,
+    published: "Path | PublishedSet | None",
+    *,
+    with_folder_name: bool,
+) -> None:
     """Print and write the report on an experiment; captions name its folder if it is not alone."""
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
@@ -142,6 +156,7 @@ def _report(runs: "Runs", options: ReportOptions, *, with_folder_name: bool) -> 
     curves = _curves(runs, metrics, tables) if options.by_attribute else []
     annotated = _annotated(runs, metrics, tables) if options.by_attribute else []
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
+    arguments += [] if options.published is None else ["--published", options.published]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
     commands = Commands("" if runs.folder is None else str(runs.folder), arguments)
     if options.as_json or options.form in TEXTS:
@@ -163,7 +178,10 @@ def _report(runs: "Runs", options: ReportOptions, *, with_folder_name: bool) -> 
         figures = FigureFiles(suffix, print_message, with_curves, curves, annotated)
     if options.has_page:
         page = target / "report.html"
-        files += _write_page(runs, page, tables, title, commands, options.with_full_frames, figures)
+        options_of_page = {"with_full_frames": options.with_full_frames, "figures": figures}
+        files += _write_page(
+            runs, page, tables, title, commands, published=published, **options_of_page
+        )
     for line in list_written_files(files):
         print_message(line)
 
@@ -237,25 +255,15 @@ def _write_page(
     tables: "list[Table]",
     title: str,
     commands: "Commands",
-    with_full_frames: bool,
-    figures: "FigureFiles | None",
+    **page_options: Any,
 ) -> list[Path]:
-    """Write the page and return its files."""
+    """Write the page and return its files; for `page_options`, see `write_report_page`."""
     from trackmark.bench.pages.report import write_report_page
     from trackmark.bench.store.keys import ResultsError
 
     try:
         with progress_bar("Drawing the report", None, "frame") as progress:
-            return write_report_page(
-                runs,
-                path,
-                tables,
-                title,
-                commands,
-                progress,
-                with_full_frames=with_full_frames,
-                figures=figures,
-            )
+            return write_report_page(runs, path, tables, title, commands, progress, **page_options)
     except OSError as error:
         raise ResultsError(
             f"{error.filename}: {error.strerror}. Choose another folder with --output, or write no "

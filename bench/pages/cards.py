@@ -12,7 +12,6 @@ import pandas as pd
 from markupsafe import Markup
 
 from trackmark.bench.analysis.comparison import Comparison, Pair
-from trackmark.bench.analysis.comparison_tables import SHOWN_PAIRS
 from trackmark.bench.analysis.run_summary import means_by_tracker
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
 from trackmark.bench.pages.content import PageTable, PlayerSequence, player_link
@@ -28,9 +27,10 @@ from trackmark.reports.tables import Table
 N_SHOWN_SEQUENCES = 12
 """Maximum number of rows of the overlap matrix that are shown at first."""
 
-N_BESIDE = 3
-"""Maximum number of loops that are below the leaderboard, beside the plot."""
+MAX_ROWS = 12
+"""Maximum number of rows of the leaderboard that are not folded."""
 
+_MAX_PAIR_ROWS = 12  # pairs that are not folded
 _MAX_PAIRED = 12  # trackers whose pairs are all on the page
 _MAX_FRAMES = 6  # of worst frames, and of lost and failed runs
 _REACH = 20  # frames of a loop before and after its worst frame
@@ -69,7 +69,13 @@ def leaderboard(
             }
         )
     rows.sort(key=lambda row: int(row["tracker"]))
-    return card("leaderboard", rows=rows, n_sequences=len(runs.sequences), notes=time_notes)
+    return card(
+        "leaderboard",
+        rows=rows,
+        n_shown=MAX_ROWS,
+        n_sequences=len(runs.sequences),
+        notes=time_notes,
+    )
 
 
 def ranked_trackers(summary: Table) -> list[str]:
@@ -154,47 +160,74 @@ def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup 
     return card("worst_frames", excerpts=excerpts) if excerpts else None
 
 
+def published_ranking(comparison: Comparison, runs: PageRuns, source: str) -> Markup:
+    """Return the trackers of an experiment and published ones, the best mean first."""
+    ranked = sorted(comparison.standings, key=lambda standing: -standing.mean)
+    rows = []
+    for standing in ranked:
+        name, is_published = standing.tracker, standing.tracker in comparison.published
+        rows.append(
+            {
+                "tracker": None if is_published else runs.trackers.index(name),
+                "label": name.removesuffix(" (published)"),
+                "mean": standing.mean,
+                "interval": standing.interval,
+                "position": None if is_published else runs.worst_position(name, None, "overlap"),
+            }
+        )
+    values = {"title": comparison.measure.title, "n_sequences": len(comparison.sequences)}
+    return card("ranking", rows=rows, source=source, **values)
+
+
 def overlap_matrix(
-    means: pd.DataFrame, summary: Table, runs: PageRuns, sequences: Sequence[PlayerSequence]
+    means: pd.DataFrame,
+    mean_of: Mapping[str, float],
+    runs: PageRuns,
+    sequences: Sequence[PlayerSequence],
+    note: str = "",
 ) -> Markup:
-    """Return the matrix of mean overlaps (sequences by trackers).
+    """Return the matrix of mean overlaps: sequences by trackers, and further columns.
 
     If there are more than `N_SHOWN_SEQUENCES`, the sequences with the lowest overlap come first.
-    Means over all sequences come from `summary`.
+    `mean_of`: means over all sequences by column.
     """
     posters = {sequence.name: poster(sequence) for sequence in sequences}
-    if len(means) > N_SHOWN_SEQUENCES:
-        means = means.loc[means.fillna(0.0).mean(axis=1).sort_values(kind="stable").index]
-    overall = means_by_tracker(summary.data)
-    mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
     names = [str(name) for name in means]
+    trackers = {name: index for index, name in enumerate(runs.trackers)}
+    if len(means) > N_SHOWN_SEQUENCES:
+        difficulty = means[[name for name in names if name in trackers]].fillna(0.0).mean(axis=1)
+        means = means.loc[difficulty.sort_values(kind="stable").index]
     rows = [
         {
             "sequence": str(sequence),
             "thumbnail": posters.get(str(sequence), b""),
             "overlaps": overlaps.tolist(),
-            "positions": [runs.worst_position(name, str(sequence), "overlap") for name in names],
+            "positions": [
+                runs.worst_position(name, str(sequence), "overlap") if name in trackers else None
+                for name in names
+            ],
         }
         for sequence, overlaps in zip(means.index, means[names].to_numpy(float), strict=True)
     ]
     return card(
         "overlap_matrix",
-        trackers=[(runs.trackers.index(name), name) for name in names],
+        trackers=[(trackers.get(name), name) for name in names],
         rows=rows,
         means=[mean_of[name] for name in names],
         n_shown=N_SHOWN_SEQUENCES,
+        note=note,
     )
 
 
 def pair_differences(comparison: Comparison, runs: PageRuns, note: str) -> Markup:
     """Return the differences of pairs with their intervals, grouped by the better-ranked tracker.
 
-    The first group is shown, the others are folded if there are many pairs.
+    If there are many pairs, the first ones are shown and the others are folded.
     """
     ends = [0.0]
     for pair in comparison.pairs:
         ends += [-abs(pair.difference), abs(pair.difference), *(pair.interval or ())]
-    high = ceil(10 * max(map(abs, ends))) / 10  # the axis is symmetric
+    high = max(1, ceil(10 * max(map(abs, ends)))) / 10  # the axis is symmetric
     groups: dict[int, list[dict[str, Any]]] = {}
     for pair in comparison.pairs:
         first, second = sorted(map(runs.trackers.index, (pair.first, pair.second)))
@@ -203,12 +236,20 @@ def pair_differences(comparison: Comparison, runs: PageRuns, note: str) -> Marku
         (first, runs.trackers[first], sorted(groups[first], key=itemgetter("tracker")))
         for first in sorted(groups)
     ]
-    n_shown = len(ordered) if len(comparison.pairs) <= SHOWN_PAIRS else 1
+    shown: list[Any] = []
+    folded: list[Any] = []
+    n_free = _MAX_PAIR_ROWS
+    for first, name, rows in ordered:
+        n_shown = len(rows) if len(rows) <= n_free else n_free * (not shown)
+        shown += [(first, name, rows[:n_shown])] if n_shown else []
+        if rows[n_shown:] and (not folded or len(comparison.scores) <= _MAX_PAIRED):
+            folded.append((first, name, rows[n_shown:]))
+        n_free = n_free - n_shown if n_shown else 0
     return card(
         "pair_differences",
-        shown=ordered[:n_shown],
-        folded=ordered[n_shown:] if len(comparison.scores) <= _MAX_PAIRED else [],
-        n_pairs=len(comparison.pairs),
+        shown=shown,
+        folded=folded,
+        n_folded=sum(len(rows) for *_, rows in folded),
         high=high,
         is_decided=len(comparison.units) >= MIN_UNITS,
         note=note,
@@ -261,10 +302,12 @@ def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str,
     worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
     for _, index, run in sorted(selected, key=itemgetter(0), reverse=True):
         worst.setdefault((run.tracker, index), run)
-    n_before, ordered = Counter[int](), []
+    n_before, ordered = Counter[str](), []
     for (tracker, index), run in worst.items():
-        ordered.append((n_before[tracker], index, run))  # one run of each tracker first
-        n_before[tracker] += 1
+        # One run of each tracker first, if possible each on another sequence.
+        groups = f"tracker {tracker}", f"sequence {index}"
+        ordered.append((max(n_before[group] for group in groups), index, run))
+        n_before.update(groups)
     ordered.sort(key=itemgetter(0))
     losses = []
     for _, index, run in ordered[:_MAX_FRAMES]:

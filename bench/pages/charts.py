@@ -185,6 +185,7 @@ def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
             dots.append(Line(name, runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
+    dots.sort(key=lambda dot: dot.position)
     units = units_of([sequence_runs.name for sequence_runs in runs.sequences])
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:

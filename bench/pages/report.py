@@ -13,21 +13,26 @@ import pandas as pd
 from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
-from trackmark.bench.analysis.comparable_runs import ComparisonError, same_boxes
-from trackmark.bench.analysis.comparison import Comparison
+from trackmark.bench.analysis.comparable_runs import (
+    ComparisonError,
+    compared_measure,
+    same_boxes,
+)
+from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.corner_boxes import corner_boxes
-from trackmark.bench.analysis.decisions import Answer
+from trackmark.bench.analysis.decisions import Answer, answer_of
 from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import failed_runs, with_not_run
 from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
-    N_BESIDE,
+    MAX_ROWS,
     leaderboard,
     lost_runs,
     overlap_matrix,
     pair_differences,
+    published_ranking,
     ranked_trackers,
     sequence_folds,
     worst_frames,
@@ -50,6 +55,7 @@ from trackmark.reports.svg import CROWDED
 from trackmark.reports.tables import MISSING, Table, text_table
 
 if TYPE_CHECKING:
+    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.pages.report_figures import FigureFiles
 
 _MAX_FAILURES = 200
@@ -83,15 +89,17 @@ def write_report_page(
     *,
     with_full_frames: bool = False,
     figures: "FigureFiles | None" = None,
+    published: "Path | PublishedSet | None" = None,
 ) -> list[Path]:
     """Write the page of an experiment's results with the tables of its report; return its files.
 
     While frames are read, `progress` gets their number and that of all frames. If
     `with_full_frames`, frames are also written in full size, and with `figures`, figures and film
-    strips. Raises `ResultsError` if results cannot be read and `OSError` if a file cannot be
-    written.
+    strips. `published` has scores of further trackers; see `compare_runs`. Raises `ResultsError` if
+    results cannot be read, `ComparisonError` if published scores cannot be compared, and `OSError`
+    if a file cannot be written.
     """
-    report = _ReportPage(runs, tables, commands)
+    report = _ReportPage(runs, tables, commands, published)
     chunk_writer = partial(write_chunk, path) if with_full_frames else None
     page = report.page(title, list(player_sequences(report.page_runs, progress, chunk_writer)))
     paths = write_page(path, page)
@@ -106,7 +114,13 @@ def write_report_page(
 class _ReportPage:
     """Runs, tables and commands from which the sections of a page are report."""
 
-    def __init__(self, runs: Runs, tables: Sequence[Table], commands: Commands) -> None:
+    def __init__(
+        self,
+        runs: Runs,
+        tables: Sequence[Table],
+        commands: Commands,
+        published: "Path | PublishedSet | None" = None,
+    ) -> None:
         self.runs, self.commands = runs, commands
         self.tables = {table.name: table for table in tables}
         self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
@@ -122,7 +136,14 @@ class _ReportPage:
         incomplete = set(self.scored["tracker"][~is_finished].astype(str))
         self.complete = [name for name in names if name not in incomplete]
         self.failed, self.left_out = failed_runs(self.scored)
-        self.comparison, self.overall_answer = self._compare()
+        self.comparison, answer = self._compare()
+        self.ranking: Comparison | None = None
+        self.source = ""
+        if published is not None:
+            self.ranking = _compare_published(runs, published)
+            self.source = getattr(published, "citation", "")
+            answer = answer_of(self.ranking)
+        self.overall_answer = Answer(answer.heading, (*answer.details, *self._notes()))
         self.curves = share_charts(self.page_runs, self.complete)
         self.speed: list[Any] = []
         self.time_marks, self.time_notes = dict[str, str](), []
@@ -147,7 +168,12 @@ class _ReportPage:
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
-        details = (*details, *corner_boxes(self.runs))
+        return comparison, Answer(heading, details)
+
+    def _notes(self) -> Iterator[str]:
+        """Yield sentences on boxes that look like corners and on failed runs."""
+        if self.comparison is not None:
+            yield from corner_boxes(self.runs)
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             failed_share = f"{n_failed} of {len(self.scored)} runs failed"
@@ -155,8 +181,7 @@ class _ReportPage:
                 len(self.failed) > len(self.left_out)
             )
             reason = (note.partition("): ")[2] or note).removesuffix(".")
-            details = (*details, f"{failed_share}; first: {name}, {reason}.")
-        return comparison, Answer(heading, details)
+            yield f"{failed_share}; first: {name}, {reason}."
 
     @cached_property
     def protocols(self) -> list[str]:
@@ -186,13 +211,17 @@ class _ReportPage:
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
             # The plot is as high as the leaderboard and the frames below it.
-            height = 270 if len(runs.sequences) > N_BESIDE else 400
-            cards = [card("charts", charts=self.curves, height=height)]
+            n_rows = min(len(runs.trackers), MAX_ROWS)
+            height = {1: 640, 2: 500, 3: 400}.get(len(runs.sequences), 24 + 42 * n_rows)
+            cards = [card("charts", charts=self.curves, height=max(270, min(height, 640)))]
             yield PageSection("curves", "Success and precision", cards, span=5)
         if worst := worst_frames(runs, sequences):
             yield PageSection("worst", "Worst frames", [worst], span=7)
+        if self.ranking is not None:
+            ranking = published_ranking(self.ranking, runs, self.source)
+            yield PageSection("ranking", "Among published trackers", [ranking], nav="Published")
         if summary is not None and self.means.notna().any(axis=None):
-            matrix = overlap_matrix(self.means, summary, runs, sequences)
+            matrix = self._matrix(summary, sequences)
             title = "Sequences by trackers"
             yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
@@ -324,6 +353,23 @@ class _ReportPage:
         trackers = [name for name in self.page_runs.trackers if name in means]
         return means.reindex(index=data["sequence"].unique(), columns=trackers)
 
+    def _matrix(self, summary: Table, sequences: Sequence[PlayerSequence]) -> Markup:
+        """Return the matrix of mean overlaps; with published scores, all are by their metrics."""
+        overall, ranking = means_by_tracker(summary.data), self.ranking
+        means, note = self.means, ""
+        mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
+        if ranking is not None:
+            scores = {name: [run.mean() for run in row] for name, row in ranking.scores.items()}
+            whole = pd.DataFrame(scores, index=[*ranking.sequences])
+            own = [name for name in self.page_runs.trackers if name in whole]
+            theirs = whole[list(ranking.published)]
+            means = whole[own].assign(
+                **{"best published": theirs.max(axis=1), "median published": theirs.median(axis=1)}
+            )
+            mean_of = {str(name): float(mean) for name, mean in means.mean().items()}
+            note = f" Scores: {ranking.measure.title}, as published."
+        return overlap_matrix(means, mean_of, self.page_runs, sequences, note)
+
     def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
         runs, failed = self.runs.table, self._failures()
@@ -375,6 +421,13 @@ class _ReportPage:
         )
         cards = [provenance, glossary]
         return PageSection("about", "About this report", cards, nav="Provenance")
+
+
+def _compare_published(runs: Runs, published: "Path | PublishedSet") -> Comparison:
+    """Compare runs with published scores, by the metrics of these scores."""
+    metrics = getattr(published, "metrics", DEFAULT_METRICS)
+    measure = compared_measure(metrics, getattr(published, "measure", "mean_overlap"))
+    return compare_runs(runs, metrics, measure, published=published)
 
 
 def _has_values(table: Table) -> bool:

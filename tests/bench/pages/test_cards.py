@@ -23,8 +23,9 @@ EMPTY |= {"fps": "—", "position": None, "note": "2 of 2 runs failed"}
 FRAME = {"image": b"RIFF", "size": (4, 3), "truth": [nan] * 4, "description": "frame 7"}
 FRAME |= {"boxes": [(1, 1, [1, 1, 2, 1]), (2, 2, [nan] * 4)]}
 ENTRY = {"sequence": "s", "label": "b", "frame": "", "position": POSITION}
-PAIR = {"decision": "better", "difference": 0.181, "n_won": 2, "n_lost": 1, "tip": "a minus b"}
-PAIR |= {"position": POSITION}
+PAIR = {"tracker": 1, "label": "b", "decision": "better", "difference": 0.181, "wins": "6 of 7"}
+PAIR |= {"position": POSITION, "interval": [0.1, 0.26], "at": [0.6, 0.55, 0.65], "tip": "same"}
+FEW = PAIR | {"decision": "", "interval": None, "tip": "", "position": None}
 CHART = Chart("t", "overlap", "y", [Line("a", 0, [0, 1], [1, 0.25])], "w", top=1.0, figure="f")
 SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 
@@ -32,7 +33,7 @@ SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 PARTS = [
     (
         "leaderboard",
-        {"rows": [ROW, EMPTY], "n_sequences": 8, "notes": []},
+        {"rows": [ROW, EMPTY], "n_shown": 1, "n_sequences": 8, "notes": []},
         [
             "over 8 sequences; thin line: ",
             f'<li class="marked" data-k="1"><a class="row" {LINK}><span class="who">* <span><b>b<',
@@ -42,6 +43,7 @@ PARTS = [
             "<i>success </i>91 %</span><span><i>error </i>3.1 px</span><span><i>ms/frame </i>24<",
             '<li data-k="0"><div class="row"><span class="who">* <span><b>a</b> <small>2 of 2 runs',
             '<span class="track"></span><span class="value"><b>—</b></span>',
+            "<b>1 more trackers</b>",
         ],
     ),
     (
@@ -64,7 +66,10 @@ PARTS = [
     ),
     (
         "charts",
-        {"charts": [CHART, replace(CHART, is_percent=True, reference=0.9, caption="c")]},
+        {
+            "height": 270,
+            "charts": [CHART, replace(CHART, is_percent=True, reference=0.9, caption="c")],
+        },
         [
             '<button aria-pressed="true" data-plot="plot-0">t</button>',
             '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"',
@@ -93,16 +98,37 @@ PARTS = [
         ],
     ),
     (
-        "pair_matrix",
+        "pair_differences",
+        {"shown": [(0, "a", [PAIR])], "folded": [(1, "c", [FEW])], "n_folded": 1, "high": 0.5}
+        | {"is_decided": True, "note": ""},
+        [
+            '<span class="who">* <span><b>a</b> minus</span></span>',
+            "<i>-0.5</i><i>0</i><i>+0.5</i>",
+            f'<li class="better"><a class="row" data-tip="same" {LINK}><span class="who">* <span>',
+            '<i class="interval" style="left:55.0%;width:10.0%"></i><i class="point" style="left:6',
+            "<b>better</b> +0.18 <small>[+0.10, +0.26]</small></span><span><i>better on </i>6 of 7",
+            "<b>1 more pairs</b>",
+            '<li class="few"><div class="row"><span class="who">',  # too few sequences: no decision
+        ],
+    ),
+    (
+        "ranking",
         {
-            "trackers": [(0, "a"), (1, "b")],
-            "rows": [[None, PAIR], [PAIR | {"decision": ""}, None]],
-            "note": "",
+            "rows": [
+                {"tracker": None, "label": "p", "mean": 0.6, "interval": [0.5, 0.7]}
+                | {"position": None},
+                {"tracker": 0, "label": "a", "mean": 0.5, "interval": None, "position": POSITION},
+            ],
+            "title": "mean overlap",
+            "n_sequences": 1,
+            "source": "S",
         },
         [
-            '<td class="self" aria-label="same tracker">–</td><td class="better" data-column="b">',
-            f'data-tip="a minus b" {LINK}><b>better</b> +0.18<small>2 won, 1 lost</small>',
-            f"{LINK}>+0.18<small>",  # too few sequences: no decision
+            "Mean overlap on 1 sequence; thin line",
+            '<li><div class="row"><small>1</small><span class="who"><span>p</span>',
+            f'<li class="ours"><a class="row" {LINK}><small>2</small><span class="who">* <span>a<',
+            '<span class="fill c0" style="width:50.0%"></span></span><span>0.50</span>',
+            "Published scores: S.",
         ],
     ),
     (

@@ -115,6 +115,6 @@ def test_words_stand_out_from_their_ground_in_light_and_dark():
                 assert contrast(colours[words], colours[ground]) >= 4.5, (words, ground)
         for name in ("good", "bad", "open"):
             assert contrast(colours[name], colours[f"{name}-ground"]) >= 4.5
-        most = int(re.search(r"--share, 0\) \* (\d+)%", style)[1]) / 100
+        most = int(re.search(r"--share, 0\) \* (\d+)%\), var\(--paper", style)[1]) / 100
         darkest = most * colours["shade"] + (1 - most) * colours["paper"]  # of the heat map
         assert contrast(colours["ink"], darkest) >= 4.5

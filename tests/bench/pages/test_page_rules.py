@@ -192,7 +192,7 @@ def test_extreme_pages_state_their_answer(extremes):
     for name in ("one", "failed", "ties"):
         text = extremes[name].read_text()
         main = re.sub("<.*?>", " ", text[text.index("<main") : text.index("</main>")])
-        main = re.sub("Darker is better|to the left is better", "", main)
+        main = re.sub("to the left is better", "", main)
         assert not re.search(r"\b(best|better)\b", main)
 
 
@@ -200,7 +200,7 @@ def test_page_without_frames_is_small(page):
     text = page.read_text()
     without = re.sub(r'<script type="text/plain".*?</script>', "", text, flags=re.S)
     without = re.sub(r"data:image/webp;base64,[^\"]*", "", without)
-    assert len(without) < 200_000
+    assert len(without) < 240_000  # with the font
 
 
 SCREENSHOTS = Path(__file__).parent / "screenshots"

@@ -100,9 +100,9 @@ def is_rounded(text, value):
 
 
 def check_cards(page, tables, overlaps, comparison):
-    """Check the values of the answer, leaderboard, heat map and matrix against the tables."""
+    """Check the values of the answer, leaderboard, heat map and pairs against the tables."""
     means = {r["tracker"]: r for r in tables["summary"] if r["measure"] == "mean_overlap"}
-    board = re.findall(r'<li.*?data-k="(\d+)".*?class="value"><b>(.*?)</b>', page, re.S)
+    board = re.findall(r'<li[^>]* data-k="(\d+)".*?class="value"><b>(.*?)</b>', page, re.S)
     labels = data_of(page)["labels"]
     assert {labels[int(k)]: mean for k, mean in board} == {
         name: f"{row['mean']:.2f}" for name, row in means.items()
@@ -112,7 +112,7 @@ def check_cards(page, tables, overlaps, comparison):
     best = means[labels[int(board[0][0])]]
     answer = re.search("<h1>(.*?)</h1>", page)[1]
     assert best["tracker"] in answer
-    assert f"{best['mean']:.2f} [{best['low']:.2f}, {best['high']:.2f}]" in answer
+    assert f"{best['mean']:.2f}" in answer
     heat = Cells(page).tables["heat"]
     trackers = [cell["text"].strip() for cell in heat[0][1:]]
     assert trackers == [labels[int(k)] for k, _ in board]
@@ -123,20 +123,22 @@ def check_cards(page, tables, overlaps, comparison):
     assert [cell["text"] for cell in heat[-1][1:]] == [
         f"{means[name]['mean']:.2f}" for name in trackers
     ]
-    cells = re.findall(r'<td class="(\w*)" data-column="(.*?)">.*?([+-]\d\.\d\d)<', page, re.S)
-    rows = re.findall(r'id="pairs".*', page, re.S)[0].partition("</table>")[0]
-    first = re.findall(r"</svg> (.*?)</th>\s*(?=<td)", rows)
     pairs = {(pair["first"], pair["second"]): pair for pair in comparison["pairs"]}
     opposite = {"better": "worse", "worse": "better"}
-    assert len(cells) == 2 * len(pairs)
-    for number, (answer, column, value) in enumerate(cells):
-        row = re.sub("<wbr>", "", first[number // (len(first) - 1)])
-        turned = (row, column) not in pairs
-        pair = pairs[(column, row) if turned else (row, column)]
-        assert value == f"{pair['difference'] * (-1 if turned else 1):+.2f}"
-        assert answer == (
-            opposite.get(pair["decision"], pair["decision"]) if turned else pair["decision"]
-        )
+    n_rows = 0
+    for group in page.split('<div class="lead-head differences">')[1:]:
+        first = re.search(r"<b>(.*?)</b> minus", group)[1].replace("<wbr>", "")
+        row = r'<li class="(\w+)"><\w+ class="row".*?</svg> <span>(.*?)</span>.*?([+-]\d\.\d\d)'
+        for decision, label, value in re.findall(row, group, re.S):
+            second = label.replace("<wbr>", "")
+            turned = (first, second) not in pairs
+            pair = pairs[(second, first) if turned else (first, second)]
+            assert value == f"{pair['difference'] * (-1 if turned else 1):+.2f}"
+            assert decision == (
+                opposite.get(pair["decision"], pair["decision"]) if turned else pair["decision"]
+            )
+            n_rows += 1
+    assert n_rows == len(pairs)
 
 
 def check_terminal(output, page, tables, comparison):
@@ -252,7 +254,7 @@ def test_failures_open_the_last_box(trackmark, workspace, break_tracker):
     assert "1 of 2 runs failed" in also
     assert "ValueError: lost" in also
     assert "Lost and failed runs: of 2 runs, 1 failed" in text
-    (lost,) = re.findall('<ul class="failures">.*?</ul>', text, re.S)
+    (lost,) = re.findall('<ul class="failures few">.*?</ul>', text, re.S)
     assert "failed: 0004.png: ValueError: lost" in lost
     assert re.search(r'href="#0\.\d\.0\.2"', lost)
     for row in Cells(text).tables["failed"][1:]:
@@ -312,6 +314,31 @@ def test_click_on_a_head_sorts_its_column(opened_page):
     opened_page.click("#summary thead th:nth-child(2) button")
     assert opened_page.run("document.querySelector('th[aria-sort]').ariaSort") == "ascending"
     assert opened_page.run(column) == values[::-1]
+
+
+def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
+    trackmark("run", "--trackers", "static,camshift", "--sequences", SIX_SCENES, "--name", "mine")
+    runs = tm.load_runs(workspace / "results" / "mine")
+    names = runs.table["sequence"].unique()
+    rows = [
+        f"{tracker},{name},{score}" for tracker, score in (("A", 1.0), ("B", 0)) for name in names
+    ]
+    file = workspace / "theirs.csv"
+    file.write_text("\n".join(["tracker,sequence,mean_overlap", *rows]))
+    trackmark("report", "results/mine", "--published", "theirs.csv")
+    page = (workspace / "results" / "mine" / "report.html").read_text()
+    ranking = page.partition('<ol class="ranking">')[2].partition("</ol>")[0]
+    assert re.findall(r"<span>([\w-]+)</span></span>", ranking) == ["A", "camshift", "static", "B"]
+    assert ranking.count('class="ours"') == ranking.count('href="#') == 2
+    mean = runs.means()["mean_overlap"]["camshift"]
+    heading = f"camshift has rank 2 of 4 by mean overlap on 6 scenes: {mean:.2f}."
+    assert heading in page
+    heat = Cells(page).tables["heat"]
+    columns = ["camshift", "static", "best published", "median published"]
+    assert [cell["text"].strip() for cell in heat[0][1:]] == columns
+    assert [cell["text"] for cell in heat[-1][1:]][2:] == ["1.00", "0.50"]
+    wrong = trackmark("report", "results", "--published", "x.csv", "--json", status=2)
+    assert "--published adds scores to a page" in wrong.stderr
 
 
 @browser.needs_browser
