@@ -77,9 +77,6 @@ SCENES = (
 )
 """First scene that meets the criteria, of the four shortest sequences of each paper."""
 
-REPETITIONS = 3
-"""Runs of a stochastic tracker on each recorded sequence; on a scene there is one."""
-
 PUBLISHED = tuple(
     f"{name} (published)"
     for name in ("MUSTer", "MEEM", "STRUCK", "SCM", "CXT", "CPF", "KMS", "FRAG", "IVT", "MIL")
@@ -107,7 +104,7 @@ def find_sequences(folder: Path) -> list[Path]:
 def measure(folder: Path, root: Path, jobs: int) -> pd.DataFrame:
     """Execute missing runs; return the scores as `read_scores` does."""
     run = partial(tm.run, list(TRACKERS), metrics="otb", jobs=jobs)
-    recorded = run(find_sequences(folder), root / "recorded", repetitions=REPETITIONS)
+    recorded = run(find_sequences(folder), root / "recorded")
     scenes = run(list(SCENES), root / "scenes")
     return pd.concat(
         [score_rows(recorded, SEQUENCES), score_rows(scenes, SCENES)],
@@ -116,12 +113,14 @@ def measure(folder: Path, root: Path, jobs: int) -> pd.DataFrame:
 
 
 def score_rows(runs: tm.Runs, sequences: Sequence[str]) -> pd.DataFrame:
-    """Return one row per tracker and sequence, with means over finished and failed runs."""
+    """Return one row per tracker and sequence; a failed run has the worst scores."""
     scored = runs.scored()
     scored = scored[scored["status"].isin(["finished", "failed"])]
     rows = []
     for tracker, sequence in product(TRACKERS, sequences):
-        of_pair = scored[(scored["tracker"] == tracker) & (scored["sequence"] == sequence)]
+        (run,) = scored[(scored["tracker"] == tracker) & (scored["sequence"] == sequence)].to_dict(
+            "records"
+        )
         version, parameters = tracker_state(tracker)
         rows.append(
             {
@@ -130,10 +129,9 @@ def score_rows(runs: tm.Runs, sequences: Sequence[str]) -> pd.DataFrame:
                 "version": version,
                 "parameters": parameters,
                 "sequence": sequence,
-                "fingerprint": of_pair["fingerprint"].iloc[0][:16],
-                "grey": is_grey(of_pair["source"].iloc[0]),
-                "repetitions": len(of_pair),
-                **of_pair[SCORES].mean(),
+                "fingerprint": run["fingerprint"][:16],
+                "grey": is_grey(run["source"]),
+                **{name: run[name] for name in SCORES},
             }
         )
     return pd.DataFrame(rows)
@@ -192,10 +190,18 @@ def blocks(scores: pd.DataFrame) -> dict[str, str]:
         "means": to_markdown(mean_table(listed, stale)),
         "sequences": to_markdown(sequence_table(rows, stale)),
         "ranks": to_markdown(rank_table(scores[scores["data"] == OTB], scenes)),
-        "published": f"All {len(ranked)} published trackers on these sequences, the best first: "
-        + ", ".join(label.removesuffix(" (published)") for label in ranked)
-        + ".",
+        "published": to_markdown(published_table(rows, ranked)),
     }
+
+
+def published_table(rows: pd.DataFrame, ranked: Sequence[str]) -> Table:
+    """Return all published trackers with their means, best first, ten in a row."""
+    means = rows.groupby("tracker")["mean_overlap"].mean()
+    cells = [f"{label.removesuffix(' (published)')} {means[label]:.2f}" for label in ranked]
+    starts = range(0, len(cells), 10)
+    lines = [[f"from {start + 1}", ", ".join(cells[start : start + 10])] for start in starts]
+    caption = f"All {len(cells)} published trackers on these sequences, best first"
+    return text_table("published", caption, ["rank", "trackers"], lines, 2)
 
 
 def answer(rows: pd.DataFrame) -> str:
@@ -206,11 +212,12 @@ def answer(rows: pd.DataFrame) -> str:
     best, *_, last = of_papers
     n_better = int((means[[name for name in means.index if name not in ours]] > means[best]).sum())
     return (
-        f"**The best tracker of a paper, `{best}`, has a mean overlap of {means[best]:.2f} on "
-        f"{rows['sequence'].nunique()} sequences of OTB; {n_better} of 34 published trackers have "
-        f"a higher one.** The highest ones are {means[ours[0]]:.2f} for `{ours[0]}` among ours and "
-        f"{means.iloc[0]:.2f} among all. The lowest of a paper is {means[last]:.2f}; `static` has "
-        f"{means['static']:.2f}."
+        f"**The best tracker of a paper is `{best}`, with a mean overlap of {means[best]:.2f} on "
+        f"{rows['sequence'].nunique()} sequences of OTB**. {n_better} of "
+        f"{len(means) - len(ours)} published trackers have a higher one, up to "
+        f"{means.drop(ours).max():.2f}. `{ours[0]}` is the best of all trackers in trackmark "
+        f"({means[ours[0]]:.2f}). The lowest of a paper is {means[last]:.2f}, for `{last}`; "
+        f"`static` has {means['static']:.2f}."
     )
 
 
@@ -222,10 +229,10 @@ def mean_table(rows: pd.DataFrame, stale: list[str]) -> Table:
         label, mean, interval, *others = score_cells(tracker, group, stale)
         cells.append([label, mean, interval, *(f"{part:.2f}" for part in parts), *others])
     grey = rows.groupby("sequence")["grey"].first()
-    headings = [*HEADINGS[:3], f"{(~grey).sum()} colour", f"{grey.sum()} grey", *HEADINGS[3:]]
+    headings = [*HEADINGS[:3], "colour", "grey", *HEADINGS[3:]]
     caption = (
-        f"Means over {len(grey)} sequences; grey are {', '.join(grey.index[grey])}. Published "
-        "trackers have neither success nor time in the source."
+        f"Means over {len(grey)} sequences, and over those in colour and in grey, which are "
+        f"{', '.join(grey.index[grey])}. Published trackers have neither success nor time."
     )
     return text_table("means", caption, headings, cells, notes=[STALE_NOTE] if stale else [])
 

@@ -42,8 +42,8 @@ def read_scores() -> pd.DataFrame:
     """Return the stored scores, one row per tracker and sequence.
 
     Columns: `data`; `tracker` (specification), `version` and `parameters` as in `tracker_state`;
-    `sequence`, `fingerprint`; `grey`, whether its images are grey; `repetitions`; `mean_overlap`
-    and `success_rate` of the metrics `otb`, and `ms_per_frame`, as means over the repetitions.
+    `sequence`, `fingerprint` (its first 16 digits); `grey`, whether the images are grey;
+    `mean_overlap` and `success_rate` of the metrics `otb`; `ms_per_frame`.
     """
     return pd.read_csv(FILE, dtype={"version": str, "fingerprint": str})
 
@@ -90,7 +90,7 @@ def stale_rows(scores: pd.DataFrame) -> "pd.Series[bool]":
     is_changed = pd.Series([not _is_current(*state) for state in states], scores.index)
     for sequence, rows in scores.groupby("sequence"):
         if {*rows["data"]} == {OTB}:
-            is_changed[rows.index] |= rows["fingerprint"].nunique() > 1
+            is_changed[rows.index] |= len({*rows["fingerprint"]}) > 1
         else:
             current = datasets.name_and_fingerprint(str(sequence))[1]
             is_changed[rows.index] |= rows["fingerprint"] != current
@@ -122,7 +122,7 @@ def score_cells(tracker: str, rows: pd.DataFrame, stale: list[str]) -> list[str]
     ]
 
 
-HEADINGS = ("tracker", "mean overlap", "95 %", "success", "ms/frame")
+HEADINGS = ("tracker", "overlap", "95 %", "success", "ms/frame")
 """Headings of `score_cells`."""
 
 
