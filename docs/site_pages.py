@@ -6,11 +6,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File, Files
 
 import trackmark
 from trackmark import datasets, trackers
 from trackmark.bench import metrics
+from trackmark.bench.papers.real_video import FILE, read_scores, stale_trackers
 
 ROOT = Path(__file__).parents[1]
 ROOT_PAGES = {
@@ -27,6 +29,15 @@ API = {
     "trackmark.datasets": (datasets, "Load sequences."),
     "trackmark.metrics": (metrics, "List and describe definitions of scores."),
 }
+
+
+def on_pre_build(config: Any) -> None:
+    """Raise `PluginError` if the scores on real video are of other versions than the present."""
+    if stale := stale_trackers(read_scores()):
+        raise PluginError(
+            f"{FILE}: scores are of earlier versions of {', '.join(stale)}, or of their sequences. "
+            "Run: python -m tools.real_video FOLDER --write, with the sequences of OTB in FOLDER."
+        )
 
 
 def on_files(files: Files, config: Any) -> Files:

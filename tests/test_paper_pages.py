@@ -11,7 +11,7 @@ from trackmark.bench.papers import SETTINGS, paper_names
 from trackmark.bench.papers.main_table import MainCell
 from trackmark.bench.papers.markdown_page import details_file
 from trackmark.bench.papers.paper import read_paper
-from trackmark.bench.papers.sections import DECIDED, DIFFERS, read_notes
+from trackmark.bench.papers.sections import DECIDED, DIFFERS, REAL_VIDEO, read_notes
 
 FOLDER = Path(__file__).parents[1] / "docs" / "papers"
 PICTURES = FOLDER.parent / "pictures" / "papers"
@@ -84,13 +84,13 @@ def test_page_is_short_and_in_order(paper):
     headings = re.findall(r"^## (.*)$", text, re.M)
     if paper in NOT_JUDGED:
         assert headings == [
-            "The paper's results and ours", "Pictures", "From the text to the default",
-            "How to run it",
+            "The paper's results and ours", "Pictures", REAL_VIDEO,
+            "From the text to the default", "How to run it",
         ]  # fmt: skip
         assert "have not been judged on the present scenes" in text.partition("\n## ")[0]
         return
     assert headings == [
-        "The paper's results and ours", "Pictures", "Verdicts", DIFFERS,
+        "The paper's results and ours", "Pictures", "Verdicts", DIFFERS, REAL_VIDEO,
         "From the text to the default", DECIDED, "How to run it",
     ]  # fmt: skip
     assert text.count(read_paper(paper).finding) == 1

@@ -72,6 +72,11 @@ def details_page(report: Report, path: Path) -> str:
     return "\n\n".join(part for part in parts if part) + "\n"
 
 
+def section_text(section: Section) -> str:
+    """Return a section without figures."""
+    return "\n\n".join([f"## {section.title}", *_paragraphs(section), *_tables(section)])
+
+
 def alternative_text(figure: PaperFigure) -> str:
     """Return the text for readers who cannot see a film strip."""
     assert figure.strip is not None

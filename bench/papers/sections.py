@@ -10,6 +10,7 @@ from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.choices import choice_table
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.paper import Paper, read_sensitivity
+from trackmark.bench.papers.real_video import paper_table
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.settings import (
     candidate_table,
@@ -55,6 +56,9 @@ LABEL_SENTENCES = {
 
 DIFFERS, DECIDED = "What differs and why", "Decided after results had been seen"
 """Headings in `notes.md`."""
+
+REAL_VIDEO = "Real video"
+"""Heading of the section that `tools.real_video` replaces in the pages of the papers."""
 
 
 @dataclass(frozen=True)
@@ -102,6 +106,7 @@ def page_sections(
         Section("numbers", "The paper's results and ours", [SETTINGS_SENTENCE], [main]),
         Section("pictures", "Pictures", [COLOUR_SENTENCE] if strips else [], figures=strips),
         *(judged if verdicts else []),
+        real_video_section(paper),
         chain_section(paper),
         *([Section("decided", DECIDED, [notes.get(DECIDED, "")])] if verdicts else []),
         command_section(context, notes),
@@ -133,6 +138,15 @@ def details_sections(
         *(Section(table.name, table.name.capitalize(), tables=[table]) for table in main),
         Section("figures", "Figures", figures=figures),
     ]
+
+
+def real_video_section(paper: Paper) -> Section:
+    """Return the section on recorded sequences of OTB."""
+    text = (
+        "No claim is judged on these numbers, and they choose no default and no scene. "
+        "[Real video](../real-video.md) has more trackers."
+    )
+    return Section("real-video", REAL_VIDEO, [text], [paper_table(paper)])
 
 
 def chain_section(paper: Paper) -> Section:

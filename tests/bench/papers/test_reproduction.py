@@ -302,8 +302,8 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
     assert "not run" not in text
     page = markdown_page.page(quick, tmp_path / "tiny.md", tmp_path)
     assert re.findall(r"^## (.*)", page, re.M) == [
-        "The paper's results and ours", "Pictures", "From the text to the default",
-        "How to run it",
+        "The paper's results and ours", "Pictures", "Real video",
+        "From the text to the default", "How to run it",
     ]  # fmt: skip
 
 
@@ -458,8 +458,8 @@ def test_captions_of_a_paper_page_are_short(page):
 def test_details_are_folded(page):
     text = sections(page)["Details"]
     assert re.findall(r"<summary>.*?<b>(.*?)</b>", text) == [
-        "From the text to the default", "Decided after results had been seen", "How to run it",
-        "Method and videos", "Rules of the verdicts", "Criteria of the scenes",
+        "Real video", "From the text to the default", "Decided after results had been seen",
+        "How to run it", "Method and videos", "Rules of the verdicts", "Criteria of the scenes",
         "Choices of the trackers", "Values that were not taken", "Sensitivity", "Times",
     ]  # fmt: skip
     for words in ("CamShift on short sequences.", "A. Author.", "target", "201"):
