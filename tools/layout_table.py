@@ -30,7 +30,7 @@ def _row(layout: Layout) -> str:
 
 def _further(layout: Layout) -> list[str]:
     """Return phrases on the data besides boxes."""
-    names = {meaning: [] for meaning in layout.flags.values()}
+    names: dict[str, list[str]] = {meaning: [] for meaning in layout.flags.values()}
     for file, meaning in layout.flags.items():
         names[meaning].append(f"`{file.removeprefix('NAME/')}`")
     phrases = [f"{meaning}: {', '.join(files)}" for meaning, files in names.items()]

@@ -412,7 +412,13 @@ def _licence(path: Path) -> str:
 def _find_format(path: Path) -> _Format | None:
     """Return the format of a path."""
     with _named_errors(path):
-        return next((entry for entry in _formats() if entry.reader.recognises(path)), None)
+        full = path.resolve()
+        for entry in _formats():
+            # Resolving a path takes as long as all other work of a layout.
+            is_rows = isinstance(entry.reader, RowsReader)
+            if entry.reader.recognises(full if is_rows else path):
+                return entry
+        return None
 
 
 @contextmanager

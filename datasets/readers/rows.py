@@ -80,12 +80,12 @@ class RowsReader:
         self._is_shared = not any("NAME" in path for path in layout.truth)
 
     def recognises(self, path: Path) -> bool:
-        """Return whether the path is `ROOT/NAME`, or a folder of images of this layout."""
+        """Return whether a path without symbolic links belongs to a sequence of this layout."""
         return bool(self._locate(path))
 
     def options(self, path: Path) -> list[dict[str, Any]]:
         """Return the option of the layout; see `datasets.options`."""
-        values = list(self._locate(path))
+        values = list(self._locate(path.resolve()))
         if not self.layout.option:
             return []
         default = int(values[0]) if values[0].isdecimal() else values[0]
@@ -116,7 +116,7 @@ class RowsReader:
         self, path: Path, truth: Path | None, options: Mapping[str, str] | None = None
     ) -> Sequence:
         """Open the sequence; its flags are attributes."""
-        layout, locations = self.layout, self._locate(path)
+        layout, locations = self.layout, self._locate(path.resolve())
         value = choose(path, layout.option, locations, options or {}) if layout.option else ""
         location = locations[value]
         name = location.name
@@ -150,15 +150,17 @@ class RowsReader:
         file = self._file(location, keys)
         return " ".join(truth_file.read_text(file).split()) if keys and file.is_file() else ""
 
-    def _locate(self, path: Path) -> dict[str, _Location]:
-        """Return the files of a sequence by value of the option; none for another layout."""
-        layout, full, locations = self.layout, path.resolve(), dict[str, _Location]()
+    def _locate(self, full: Path) -> dict[str, _Location]:
+        """Return the files of a sequence by value of the option; none for another layout.
+
+        `full` is the path without symbolic links.
+        """
+        layout, locations = self.layout, dict[str, _Location]()
         pairs = list(product(layout.images or (".",), layout.truth))
         for value, (images, truth) in product(layout.values or ("",), pairs):
             for root, name in _candidates(full, images, truth, value):
-                folder, source = (
-                    self._existing(root, pattern, name, value) for pattern in (images, truth)
-                )
+                source = self._existing(root, truth, name, value)
+                folder = source and self._existing(root, images, name, value)
                 if not (folder and source and source.is_file() and self._is_marked(root, name)):
                     continue
                 # The reader of image folders opens a folder with a `truth.csv`.
