@@ -34,6 +34,8 @@ _NAME = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}
 
 Array = NDArray[np.float64]
 
+_Rectangle = tuple[float, float, float, float]  # left, top, right and bottom [px]
+
 
 @dataclass(frozen=True)
 class _Scale:
@@ -197,7 +199,8 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
 
     A name is where it touches no mark, interval or other name; without such a place it is omitted.
     """
-    marks, taken = [], []  # taken: rectangles of left, top, right and bottom [px]
+    frame = x.pixels[0], 0.0, x.pixels[1], y.pixels[0]
+    marks, occupied = [], list[_Rectangle]()
     for line in lines:
         across, down = (
             float(scale(np.asarray(v, float))[0]) for scale, v in ((x, line.x), (y, line.y))
@@ -205,8 +208,8 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         limits = [float(np.asarray(end, float)[0]) for end in (line.low, line.high) if np.size(end)]
         ends = [float(y(end)) for end in limits] if all(map(isfinite, limits)) else []
         marks.append((line, across, down, ends))
-        taken.append((across - 7, down - 7, across + 7, down + 7))
-        taken += [(across - 3, ends[1], across + 3, ends[0])] if ends else []
+        occupied.append((across - 7, down - 7, across + 7, down + 7))
+        occupied += [(across - 3, ends[1], across + 3, ends[0])] if ends else []
     for line, across, down, ends in marks:
         index, path = colour_index(line.position), MARKER_PATHS[line.position % len(MARKER_PATHS)]
         elements = Markup("")
@@ -215,18 +218,7 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             elements += bar.format(index, across, *ends)
         mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
         elements += mark.format(index, across, down, path)
-        name = _short(line.label)
-        wide, frame = _LETTER * len(name), (x.pixels[0], 0.0, x.pixels[1], y.pixels[0])
-        for shift in (0, -14, 14, -28, 28, -42, 42):
-            sides = [(across + 10, "start"), (across - 10 - wide, "end")]
-            places = [(left, down + shift, anchor) for left, anchor in sides]
-            free = [place for place in places if _is_free(place, wide, frame, taken)]
-            if free:
-                left, middle, anchor = free[0]
-                taken.append((left, middle - _HEIGHT / 2, left + wide, middle + _HEIGHT / 2))
-                at = left if anchor == "start" else left + wide
-                elements += _NAME.format(index, at, middle + 4, anchor, name)
-                break
+        elements += _free_name(line, across, down, frame, occupied)
         position = next(filter(None, line.positions), None)
         if position is None:
             yield elements
@@ -235,19 +227,30 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             yield link.format(position.link, one_line(line.label), elements)
 
 
-def _is_free(
-    place: tuple[float, float, str],
-    wide: float,
-    frame: tuple[float, float, float, float],
-    taken: Sequence[tuple[float, float, float, float]],
-) -> bool:
-    """Return whether a name is inside the frame and touches none of the taken rectangles."""
-    left, middle, _ = place
-    right, top, bottom = left + wide, middle - _HEIGHT / 2, middle + _HEIGHT / 2
+def _free_name(
+    line: Line, across: float, down: float, frame: _Rectangle, occupied: list[_Rectangle]
+) -> Markup:
+    """Return the name of a tracker next to its mark, and add its rectangle; empty without room."""
+    name, index = _short(line.label), colour_index(line.position)
+    wide = _LETTER * len(name)
+    sides = (across + 10, across + 10, "start"), (across - 10 - wide, across - 10, "end")
+    for shift in (0, -14, 14, -28, 28, -42, 42):
+        top = down + shift - _HEIGHT / 2
+        for left, start, anchor in sides:
+            rectangle = left, top, left + wide, top + _HEIGHT
+            if _is_free(rectangle, frame, occupied):
+                occupied.append(rectangle)
+                return _NAME.format(index, start, down + shift + 4, anchor, name)
+    return Markup("")
+
+
+def _is_free(rectangle: _Rectangle, frame: _Rectangle, occupied: Sequence[_Rectangle]) -> bool:
+    """Return whether a rectangle is inside the frame and touches none of the occupied ones."""
+    left, top, right, bottom = rectangle
     inside = left >= frame[0] and top >= frame[1] and right <= frame[2] and bottom <= frame[3]
     return inside and not any(
         left < other[2] and right > other[0] and top < other[3] and bottom > other[1]
-        for other in taken
+        for other in occupied
     )
 
 

@@ -236,18 +236,18 @@ def pair_differences(comparison: Comparison, runs: PageRuns, note: str) -> Marku
         (first, runs.trackers[first], sorted(groups[first], key=itemgetter("tracker")))
         for first in sorted(groups)
     ]
-    shown: list[Any] = []
+    first_groups: list[Any] = []
     folded: list[Any] = []
     n_free = _MAX_PAIR_ROWS
     for first, name, rows in ordered:
-        n_shown = len(rows) if len(rows) <= n_free else n_free * (not shown)
-        shown += [(first, name, rows[:n_shown])] if n_shown else []
+        n_shown = len(rows) if len(rows) <= n_free else n_free * (not first_groups)
+        first_groups += [(first, name, rows[:n_shown])] if n_shown else []
         if rows[n_shown:] and (not folded or len(comparison.scores) <= _MAX_PAIRED):
             folded.append((first, name, rows[n_shown:]))
         n_free = n_free - n_shown if n_shown else 0
     return card(
         "pair_differences",
-        shown=shown,
+        shown=first_groups,
         folded=folded,
         n_folded=sum(len(rows) for *_, rows in folded),
         high=high,

@@ -179,8 +179,8 @@ def _font_face() -> Markup:
     """Return the rule of the page's font: a Latin subset of Inter, see `inter-OFL.txt`.
 
     It is the file `inter-latin-wght-normal.woff2` of the npm package @fontsource-variable/inter,
-    version 5.3.0, limited by fonttools to weights of 400 to 700, U+0020 to U+00FF, some punctuation
-    and the features kern, tnum and calt.
+    version 5.3.0, limited by fonttools to weights of 400 to 700, ASCII, some signs and the
+    features kern and tnum.
     """
     font = b64encode((_TEMPLATES / "inter.woff2").read_bytes()).decode()
     rule = "@font-face { font-family: Inter; font-weight: 400 700; src: url(data:font/woff2;base64,"

@@ -90,11 +90,11 @@ def thumbnail(frame: bytes, box: NDArray[np.float64] | None = None) -> bytes:
     """Return a WebP frame in the size of a thumbnail; empty for an empty frame.
 
     `box`: x, y, width and height in shares of the frame. The thumbnail shows the part of the frame
-    around it, since sequences of one scene are alike in all but the target.
+    around it, since sequences of one scene differ in the target only.
     """
     if not frame:
         return b""
-    picture = Image.open(io.BytesIO(frame))
+    picture: Image.Image = Image.open(io.BytesIO(frame))
     if box is not None and np.isfinite(box).all():
         size = np.array(picture.size)
         centre, reach = (box[:2] + box[2:] / 2) * size, _CONTEXT * max(box[2:] * size) / 2

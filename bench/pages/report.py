@@ -361,9 +361,9 @@ class _ReportPage:
         if ranking is not None:
             scores = {name: [run.mean() for run in row] for name, row in ranking.scores.items()}
             whole = pd.DataFrame(scores, index=[*ranking.sequences])
-            own = [name for name in self.page_runs.trackers if name in whole]
+            with_runs = [name for name in self.page_runs.trackers if name in whole]
             theirs = whole[list(ranking.published)]
-            means = whole[own].assign(
+            means = whole[with_runs].assign(
                 **{"best published": theirs.max(axis=1), "median published": theirs.median(axis=1)}
             )
             mean_of = {str(name): float(mean) for name, mean in means.mean().items()}

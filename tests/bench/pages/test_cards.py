@@ -106,7 +106,7 @@ PARTS = [
             "<i>-0.5</i><i>0</i><i>+0.5</i>",
             f'<li class="better"><a class="row" data-tip="same" {LINK}><span class="who">* <span>',
             '<i class="interval" style="left:55.0%;width:10.0%"></i><i class="point" style="left:6',
-            "<b>better</b> +0.18 <small>[+0.10, +0.26]</small></span><span><i>better on </i>6 of 7",
+            "<b>better</b> +0.18 <small>[+0.10, +0.26]</small></span><span><i>higher on </i>6 of 7",
             "<b>1 more pairs</b>",
             '<li class="few"><div class="row"><span class="who">',  # too few sequences: no decision
         ],

@@ -317,7 +317,9 @@ def test_click_on_a_head_sorts_its_column(opened_page):
 
 
 def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
-    trackmark("run", "--trackers", "static,camshift", "--sequences", SIX_SCENES, "--name", "mine")
+    tiny = "plain/target:length=12:width=64:height=64"
+    scenes = ",".join(f"{tiny}:scene={scene}" for scene in range(6))
+    trackmark("run", "--trackers", "static,camshift", "--sequences", scenes, "--name", "mine")
     runs = tm.load_runs(workspace / "results" / "mine")
     names = runs.table["sequence"].unique()
     rows = [
