@@ -28,6 +28,7 @@ from trackmark.trackers.templates.matching import (
     Match,
     Pose,
     find_pose,
+    move_inside,
     sample_template,
     search_bounds,
 )
@@ -206,11 +207,10 @@ class Nguyen2002(SharingTracker):
     right of or below the reported box. The first view of a template is interpolated at its pose,
     also after an occlusion.
 
-    Limits: positions are not bounded, and border pixels are repeated outside the image. So a
-    template can leave the image, match a constant border and count as visible without outliers.
-    Ratios are constant on grey targets and grey video: use `features=intensity`. With skipped
-    candidates, `longest_occlusion` takes effect at 5, 7, 11, 19, 35, 67 and so on only. An
-    occlusion that begins fewer than 5 frames before the end of the sequence stays open.
+    Limits: border pixels are repeated outside the image. Ratios are constant on grey targets and
+    grey video: use `features=intensity`. With skipped candidates, `longest_occlusion` takes effect
+    at 5, 7, 11, 19, 35, 67 and so on only. An occlusion that begins fewer than 5 frames before the
+    end of the sequence stays open.
 
     Details: `outliers` is the share of outliers in the last compared frame, `occluded` is 0 or 1,
     `cost` is the cost of the last match, and `revision` is the number of frames revised in this
@@ -261,6 +261,10 @@ class Nguyen2002(SharingTracker):
         "limits of the scale": (
             (matching.MIN_SCALE, matching.MAX_SCALE),
             "not printed; they keep a template from vanishing",
+        ),
+        "positions of a template": (
+            "centre in the image",
+            "not printed; outside, all pixels of a template can be repeated border pixels",
         ),
         "maximum search range after an occlusion [pixels]": (
             MAX_SEARCH_RANGE,
@@ -398,7 +402,7 @@ class Nguyen2002(SharingTracker):
         """Process a new frame, or reprocess a frame after an occlusion whose end is now known."""
         if self._occlusion is not None:
             return self._look_through(self._occlusion, image, frame, revised)
-        around = Pose(*(smoother.predicted() for smoother in self._smoothers))
+        around = self._inside(Pose(*(smoother.predicted() for smoother in self._smoothers)))
         match, features = self._match(image, around, self.parameters.search_range)
         first = not self._filter.noise_known
         if first:
@@ -422,7 +426,7 @@ class Nguyen2002(SharingTracker):
             smoother.measure(value)
         self._pose = pose
         if self.parameters.report == "smoothed":
-            self._pose = Pose(*(smoother.value for smoother in self._smoothers))
+            self._pose = self._inside(Pose(*(smoother.value for smoother in self._smoothers)))
 
     def _look_through(
         self, occlusion: Occlusion, image: Image, frame: int, revised: dict[int, Box]
@@ -439,7 +443,7 @@ class Nguyen2002(SharingTracker):
                 occlusion.candidates = [candidate]
             if at_once or offset == self._offsets[-1]:
                 return self._resolve(occlusion, revised)
-        return occlusion.extrapolate(frame)
+        return self._inside(occlusion.extrapolate(frame))
 
     @property
     def _offsets(self) -> list[int]:
@@ -447,7 +451,7 @@ class Nguyen2002(SharingTracker):
 
     def _examine(self, occlusion: Occlusion, image: Image, offset: int) -> EndCandidate:
         """Match the frozen template with a frame; return the frame as a candidate."""
-        around = occlusion.extrapolate(occlusion.beginning + offset)
+        around = self._inside(occlusion.extrapolate(occlusion.beginning + offset))
         search_range = min(self.parameters.search_range + 2 * offset, MAX_SEARCH_RANGE)
         match, features = self._match(image, around, search_range)
         return EndCandidate(offset, match, self._filter.compare(features).share)
@@ -512,6 +516,9 @@ class Nguyen2002(SharingTracker):
             image[top:bottom, left:right], self.parameters.features
         )
         return FeatureWindow(features, left, top, rows, columns)
+
+    def _inside(self, pose: Pose) -> Pose:
+        return move_inside(pose, *self._shape)
 
     def _box(self, pose: Pose) -> Box:
         """Return the box of a pose, in coordinates with pixel centres at 0.5, 1.5 and so on."""

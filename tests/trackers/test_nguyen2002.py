@@ -158,6 +158,24 @@ def test_nguyen2002_target_leaving_the_image_equals_plain_numpy():
     check_against_plain(leaving, box, features="rgb", longest_occlusion=7)
 
 
+@pytest.mark.parametrize("preset", ["as-written", "recommended"])
+def test_centre_of_the_template_stays_in_the_image(preset):
+    """On a plain wall, every pose beyond the border has the same cost."""
+    target = texture(np.random.default_rng(0), HEIGHT, WIDTH, (70, 110, 190), 25)
+    images = []
+    for frame in range(60):
+        image = np.full((ROWS, COLUMNS, 3), (120.0, 125.0, 115.0))
+        width = min(WIDTH, max(0, 34 - 2 * frame + WIDTH))
+        left = max(0, 34 - 2 * frame)
+        image[20 : 20 + HEIGHT, left : left + width] = target[:, WIDTH - width :]
+        images.append(np.clip(image, 0, 255).astype(np.uint8))
+    estimates, last = track(images, [34, 20, WIDTH, HEIGHT], preset=preset)
+    boxes = revised([34, 20, WIDTH, HEIGHT], estimates, last)
+    centres = boxes[:, :2] + boxes[:, 2:] / 2
+    assert (centres >= 0.5).all()
+    assert (centres <= [COLUMNS - 0.5, ROWS - 0.5]).all()
+
+
 @pytest.mark.parametrize(
     ("n_frames", "parameters"),
     [
@@ -381,9 +399,7 @@ def test_template_scale_stays_between_half_and_two(scale, limit):
     assert actual == pytest.approx(limit, rel=0.031)
 
 
-POSES = st.builds(
-    Pose, st.floats(-60, N_COLUMNS + 60), st.floats(-60, N_ROWS + 60), st.floats(0.5, 2.0)
-)
+POSES = st.builds(Pose, st.floats(0, N_COLUMNS - 1), st.floats(0, N_ROWS - 1), st.floats(0.5, 2.0))
 
 
 @settings(max_examples=15)

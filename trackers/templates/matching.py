@@ -23,6 +23,12 @@ class Pose(NamedTuple):
     scale: float  # of the template, between 0.5 and 2
 
 
+def move_inside(pose: Pose, n_rows: int, n_columns: int) -> Pose:
+    """Return a pose with its centre moved to the nearest position in the image."""
+    x, y = min(max(pose.x, 0.0), n_columns - 1.0), min(max(pose.y, 0.0), n_rows - 1.0)
+    return pose._replace(x=x, y=y)
+
+
 class Match(NamedTuple):
     """Best pose, and its cost over all pixels of the template (equation 4)."""
 
@@ -73,12 +79,13 @@ def find_pose(
 
     The first level searches ± `search_range` in steps of 4 pixels. The second searches around the
     three best poses in steps of 2. The next two search around the best pose in steps of 1, with
-    scales 2 % and then 1 % apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow.
+    scales 2 % and then 1 % apart. With `subpixel`, steps of 0.5 and 0.25 pixels follow. Only poses
+    with the centre in the image are compared.
 
     `window`: pixels of at least `search_bounds`.
     `template` float64 (height, width, d): features of the template.
     `covariance` float64 (d, d): covariance of residuals.
-    `around`: centre of the search, rounded to whole pixels.
+    `around`: centre of the search, in the image, rounded to whole pixels.
     `search_range`: maximum translation of the first level, even [pixels]; 0 for none. `cutoff`: c
     of Huber's function; infinite for quadratic costs. `subpixel`: refine to fractions of a pixel,
     with bilinear interpolation. Of equal costs, that of the smallest scale, y and x (in this order)
@@ -247,19 +254,23 @@ def best_poses(
 ) -> tuple[Array, Array]:
     """Return the `n_poses` best poses at `offsets` (m, 4) from `around` (n, 3), and their costs.
 
-    Terms of the cost are not negative, so a sum stops once it exceeds the worst of the best costs
-    so far. Near poses come first, because they are often good and then stop the other sums early.
+    Poses with the centre outside the image have no cost; a pose in `around` takes the place of
+    missing ones. Terms of the cost are not negative, so a sum stops once it exceeds the worst of
+    the best costs so far. Near poses come first, because they are often good and then stop the
+    other sums early.
     Of equal costs, that of the first pose in `around`, and then of the smallest rank, is better.
     The tuple `components` has a length known to the compiler, which unrolls the loops over
     features.
     """
     height, width, _ = template.shape
     n_poses = min(n_poses, len(around) * len(offsets))
-    poses = np.empty((n_poses, 3))
+    poses = around[np.zeros(n_poses, np.int64)]
     costs, ranks = np.full(n_poses, np.inf), np.full(n_poses, np.inf)
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
+            if not (0 <= x <= window.n_columns - 1 and 0 <= y <= window.n_rows - 1):
+                continue
             scale = min(max(around[n, 2] * offsets[m, 2], MIN_SCALE), MAX_SCALE)
             across = _axis_positions(x, scale, width, window.n_columns)
             along = _axis_positions(y, scale, height, window.n_rows)

@@ -38,6 +38,12 @@ class Pose(NamedTuple):
     scale: float
 
 
+def inside(pose, rows, columns):
+    """Return the pose with its centre on the nearest position between the border pixels."""
+    x, y = np.clip([pose.x, pose.y], 0, [columns - 1, rows - 1]).tolist()
+    return Pose(x, y, pose.scale)
+
+
 def sample(features, pose, height, width, *, bilinear):
     """Return features at φ(p; a) for the template's pixels."""
     rows, columns = features.shape[:2]
@@ -68,12 +74,15 @@ def matching_cost(features, template, inverse, pose, cutoff, *, bilinear):
 
 
 def match(features, template, covariance, around, search_range, cutoff, *, subpixel):
-    """Return the pose of the least cost, and its cost."""
+    """Return the pose of the least cost with its centre in the image, and its cost."""
+    rows, columns = features.shape[:2]
     inverse = np.linalg.inv(covariance)
 
     def best(poses, number, *, bilinear=False):
         rated = []
         for pose in poses:
+            if inside(pose, rows, columns) != pose:
+                continue
             held = pose._replace(scale=min(max(pose.scale, 0.5), 2.0))
             cost = matching_cost(features, template, inverse, held, cutoff, bilinear=bilinear)
             rated.append((cost, held))
@@ -298,6 +307,7 @@ class Target:
     def __init__(self, settings, image, box):
         self._settings = settings
         self._size = box[2:].copy()
+        self._shape = image.shape[:2]
         self._width, self._height = (floor(side + 0.5) for side in box[2:].tolist())
         x, y = (box[:2] + box[2:] / 2 - 0.5).tolist()
         self.last = Pose(x, y, 1.0)
@@ -307,7 +317,7 @@ class Target:
     def follow(self, image):
         """Return the pose to report for the next frame; None if an occlusion begins in it."""
         features = self._features(image)
-        around = self._smoother.predicted()
+        around = inside(self._smoother.predicted(), *self._shape)
         pose, _ = self._match(features, around, self._settings.search_range)
         seen = self._view(features, pose, self._settings.subpixel)
         first = not self.appearance.r
@@ -320,15 +330,15 @@ class Target:
         else:
             self.appearance.update(seen)
         self._smoother.measure(pose)
-        self.last = self._smoother.pose if self._settings.report == "smoothed" else pose
+        smoothed = inside(self._smoother.pose, *self._shape)
+        self.last = smoothed if self._settings.report == "smoothed" else pose
         return self.last
 
     def extrapolated(self, frames):
         """Return the pose `frames` frames after the last one, at constant velocity."""
         velocity = self._smoother.velocity
-        return Pose(
-            self.last.x + frames * velocity.x, self.last.y + frames * velocity.y, self.last.scale
-        )
+        x, y = self.last.x + frames * velocity.x, self.last.y + frames * velocity.y
+        return inside(Pose(x, y, self.last.scale), *self._shape)
 
     def look(self, image, n):
         """Match the frozen template with the frame n after an occlusion's beginning."""
