@@ -1,5 +1,6 @@
 """Write tables, plots and a page of stored results."""
 
+import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ from trackmark.bench.commands._progress import (
     progress_bar,
     report_slow_work,
 )
+from trackmark.bench.commands._terminal import print_result
 
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
@@ -74,6 +76,7 @@ class ReportOptions(ScreenOptions):
     )
     verbose: bool = output_option("Print all tables with all columns.")
     no_pictures: bool = output_option("Write tables only: no page, no plots.")
+    opens_page: bool = output_option("Open the page in the browser.", "--open")
 
     @property
     def has_page(self) -> bool:
@@ -113,6 +116,8 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
     if options.with_full_frames and not options.has_page:
         raise click.UsageError("--frames requires a page, which is not written. Give --output.")
+    if options.opens_page and not options.has_page:
+        raise click.UsageError("--open requires a page, which is not written. Give --output.")
     imported = parse_imported(options.results_of)
     if results is None:
         experiments = [imported_runs(imported, sequences or "")]
@@ -162,6 +167,8 @@ def _report(runs: "Runs", options: ReportOptions, *, with_folder_name: bool) -> 
     if options.has_page:
         page = target / "report.html"
         files += _write_page(runs, page, tables, title, commands, options.with_full_frames, figures)
+        if options.opens_page and not webbrowser.open(page.absolute().as_uri()):
+            print_message(f"No browser was found. Open {page} yourself.")
     for line in list_written_files(files):
         print_message(line)
 
@@ -193,7 +200,7 @@ def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, 
     if title:
         click.echo(f"{title}:")
     if summary is not None:
-        click.echo("\n".join(summary.lines(quiet=options.quiet)))
+        print_result(summary.lines(quiet=options.quiet))
         for warning in summary.warnings:
             print_event("warning", warning)
     short = summary is not None and not options.verbose
@@ -220,11 +227,14 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
 
     if options.as_json:
         rendered = [*map(to_json, tables)]
-    elif options.form in TEXTS or options.verbose:
-        _, render = FORMATS[options.form if options.form in TEXTS else "text"]
+    elif options.form in TEXTS:
+        _, render = FORMATS[options.form]
         rendered = [*map(render, tables)]
     else:
-        rendered = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]
+        rendered = [
+            "\n".join([*terminal_lines(table, "--verbose", all_columns=options.verbose), ""])
+            for table in tables
+        ]
     if rendered:
         click.echo("\n".join(rendered))
 
