@@ -103,7 +103,7 @@ def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspa
     trackmark("results", "check", "results")
 
 
-def test_report_opens_its_page_in_the_browser(trackmark, one_line, workspace, monkeypatch):
+def test_report_opens_its_page_in_the_browser(trackmark, workspace, monkeypatch):
     trackmark(*STATIC, "data/Small")
     opened = []
     monkeypatch.setattr("webbrowser.open", opened.append)  # None: there is no browser
@@ -112,7 +112,7 @@ def test_report_opens_its_page_in_the_browser(trackmark, one_line, workspace, mo
     assert opened == [page.as_uri()]
     assert "No browser was found. Open results/mine/report.html yourself." in done.stderr
     refused = trackmark("report", "results/mine", "--no-pictures", "--open", status=2)
-    assert "--open requires a page" in one_line(refused)
+    assert "--open requires a page" in refused.stderr
 
 
 def test_report_on_several_experiments_names_each(trackmark, workspace):

@@ -99,7 +99,7 @@ def printed_result(monkeypatch, *, terminal, no_colour):
     return screen.getvalue()
 
 
-def test_answer_failures_and_decisions_have_colours_in_a_terminal(monkeypatch):
+def test_answer_and_decisions_are_coloured_in_a_terminal(monkeypatch):
     text = printed_result(monkeypatch, terminal=True, no_colour="")
     red, green, bold, end = "\x1b[31m", "\x1b[32m", "\x1b[1m", "\x1b[0m"
     assert text.splitlines() == [
