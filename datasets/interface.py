@@ -1,5 +1,6 @@
 """Image sequence with ground truth, the interface between datasets and other packages."""
 
+import hashlib
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
@@ -303,6 +304,59 @@ class Sequence:
         """
         for frame in range(self.first_frame + 1, len(self)):
             yield self[frame]
+
+    @classmethod
+    def from_arrays(
+        cls,
+        frames: Iterable[ArrayLike],
+        boxes: ArrayLike,
+        *,
+        name: str,
+        fps: float | None = None,
+    ) -> "Sequence":
+        """Return a sequence of images in memory.
+
+        Parameters
+        ----------
+        frames : array of uint8, shape (n, height, width, 3), or list of images of one size
+            Images in BGR order. They are not copied: do not change them afterwards.
+        boxes : array, shape (n, 4)
+            Ground-truth boxes `[x, y, width, height]` in pixels from 0; a NaN row means that the
+            target is absent. Frames after the last row are not part of the sequence.
+        name : str
+            Name, under which results are stored.
+        fps : float, optional
+            Frame rate [frames/s].
+
+        Returns
+        -------
+        Sequence
+            Its fingerprint is the digest of all pixels and boxes.
+
+        Raises
+        ------
+        SequenceError
+            If there are no frames, if a frame has another type or shape, or if the boxes do not fit
+            the frames.
+        """
+        images = [np.asarray(frame).view() for frame in frames]  # made read-only when they are read
+        for number, image in enumerate(images):
+            expected = (*images[0].shape[:2], 3)
+            if image.dtype != np.uint8 or image.shape != expected or image.ndim != 3:
+                raise SequenceError(
+                    f"{name}: frame {number} is an array of type {image.dtype} and shape "
+                    f"{image.shape}. Expected: images of type uint8, of shape (height, width, 3) "
+                    "and of one size, with the channels blue, green, red."
+                )
+
+        def fingerprint() -> str:
+            digest = hashlib.sha256(sequence.boxes.tobytes())
+            for image in images:
+                digest.update(image.tobytes())
+            return digest.hexdigest()
+
+        sequence = cls(name, images, boxes, fingerprint=fingerprint, fps=fps)
+        return sequence
 
     def __repr__(self) -> str:
         return f"<Sequence {self.name}: {len(self)} frames>"

@@ -5,7 +5,7 @@ import json
 import re
 import textwrap
 import unicodedata
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from itertools import chain, groupby
 from math import inf
@@ -222,23 +222,24 @@ FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
 _MIN_COLUMNS = 2  # columns of scores that are never omitted
 
 
-def terminal_lines(table: Table, more: str = "") -> list[str]:
+def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -> list[str]:
     """Return caption, rows and notes in lines of the terminal's `width` if possible.
 
     There is no rule between headings and rows. The reason of missing means is printed once per
     row. If the table is still too wide, the first of two labels gets separate lines if rows share
     it. Then columns are omitted, starting with the highest rank. `more`: advice on how to
-    print them, for a note that names them; no note by default.
+    print them, for a note that names them; no note by default. Columns that are still too wide, or
+    all of them if `all_columns`, continue below the others.
     """
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
     may_group, grouped = table.n_labels == 2 and shared, False
     left_out: list[int] = []
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
-    while max(map(len, _lines(narrow)), default=0) > width():
+    while _is_too_wide(narrow):
         if may_group and not grouped:
             grouped = True
-        elif len(order) > _MIN_COLUMNS:
+        elif len(order) > _MIN_COLUMNS and not all_columns:
             left_out.append(order.pop() + table.n_labels)
         else:
             break
@@ -246,8 +247,29 @@ def terminal_lines(table: Table, more: str = "") -> list[str]:
     omitted = "; ".join(table.headings[column] for column in sorted(left_out))
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
     paragraphs = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
-    rows = [line for line in _lines(narrow) if line.strip("- ")]
+    parts = _side_by_side(narrow) if _is_too_wide(narrow) else [narrow]
+    rows = [line for part in parts for line in _lines(part) if line.strip("- ")]
     return [*paragraphs[0], *rows, *chain(*paragraphs[1:])]
+
+
+def _is_too_wide(table: Table) -> bool:
+    return max(map(len, _lines(table)), default=0) > width()
+
+
+def _side_by_side(table: Table) -> list[Table]:
+    """Return tables with the same rows that together have all columns, as many each as fit."""
+    parts: list[list[int]] = [[]]
+    for column in range(table.n_labels, len(table.headings)):
+        if parts[-1] and _is_too_wide(_with_scores(table, [*parts[-1], column])):
+            parts.append([])
+        parts[-1].append(column)
+    return [_with_scores(table, part) for part in parts]
+
+
+def _with_scores(table: Table, columns: list[int]) -> Table:
+    """Return the table with its labels and some other columns."""
+    left_out = {*range(table.n_labels, len(table.headings))} - {*columns}
+    return _without_columns(table, left_out, grouped=False)
 
 
 def _lines(table: Table) -> list[str]:
@@ -266,7 +288,7 @@ def _shorten_reasons(row: list[Cell]) -> list[Cell]:
     return cells
 
 
-def _without_columns(table: Table, left_out: list[int], *, grouped: bool) -> Table:
+def _without_columns(table: Table, left_out: Collection[int], *, grouped: bool) -> Table:
     """Return the table without some columns.
 
     `grouped`: each first label becomes a line of its own, above the rows that have it.

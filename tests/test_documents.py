@@ -1,5 +1,7 @@
 """Commands, programs and links of the pages work as shown."""
 
+import ast
+import json
 import os
 import re
 import shlex
@@ -160,6 +162,25 @@ def test_layout_table_of_the_page_is_current():
     from tools.layout_table import PAGE, updated
 
     assert PAGE.read_text("utf-8") == updated(PAGE.read_text("utf-8"))
+
+
+def test_example_notebook_runs_and_displays_the_answer():
+    notebook = json.loads((ROOT / "docs/example.ipynb").read_text())
+    names, displayed = {}, []
+    for cell in notebook["cells"]:
+        if cell["cell_type"] != "code":
+            continue
+        *statements, last = ast.parse("".join(cell["source"])).body
+        if not isinstance(last, ast.Expr):
+            statements, last = [*statements, last], None
+        exec(compile(ast.Module(statements, []), "example.ipynb", "exec"), names)
+        if last is not None:
+            value = eval(compile(ast.Expression(last.value), "example.ipynb", "eval"), names)
+            displayed.append(value._repr_html_())
+    sequence, means, comparison, run = displayed
+    assert re.match(r"<p><b>.*Matcher.*?</b></p>.*<table>", comparison)
+    assert "<td>Matcher</td>" in means
+    assert sequence.count("<img") == run.count("<img") == 1
 
 
 @pytest.mark.parametrize("page", ["README.md", "CONTRIBUTING.md"])

@@ -17,9 +17,6 @@ FOLDER = Path(__file__).parents[1] / "docs" / "papers"
 PICTURES = FOLDER.parent / "pictures" / "papers"
 PAPERS = pytest.mark.parametrize("paper", paper_names())
 
-NOT_JUDGED = {"moreno2005", "multipart", "nguyen2002"}
-"""Papers whose claims have not been judged on the present scenes: their pages say so."""
-
 MAX_WORDS = 1500
 MAX_FILE, MAX_FILES = 150_000, 1_200_000  # bytes of a picture, and of all pictures
 NUMBER = r"(?:≥ )?\d+(?:\.\d)?|none|—"
@@ -82,13 +79,6 @@ def test_page_is_short_and_in_order(paper):
     text = read(paper)
     assert len(visible_words(text)) <= MAX_WORDS
     headings = re.findall(r"^## (.*)$", text, re.M)
-    if paper in NOT_JUDGED:
-        assert headings == [
-            "The paper's results and ours", "Pictures", REAL_VIDEO,
-            "From the text to the default", "How to run it",
-        ]  # fmt: skip
-        assert "have not been judged on the present scenes" in text.partition("\n## ")[0]
-        return
     assert headings == [
         "The paper's results and ours", "Pictures", "Verdicts", DIFFERS, REAL_VIDEO,
         "From the text to the default", DECIDED, "How to run it",
@@ -142,6 +132,5 @@ def test_readme_has_the_sums_of_all_pages():
         "Run: python -m tools.paper_sums"
     )
     for paper in paper_names():
-        expected = "not judged yet" if paper in NOT_JUDGED else r"\d+ of \d+ \("
         sums = paper_sums.sums(FOLDER / f"{paper}.md")
-        assert all(re.match(expected, text) for text in sums)
+        assert all(re.match(r"\d+ of \d+ \(", text) for text in sums)

@@ -114,7 +114,7 @@ def files(comparison: Comparison) -> list[Table]:
     """Return all tables for a folder, with scores by sequence and differences by subset."""
     pairs = [pair_table(comparison)] if comparison.pairs else []
     parts = _subset_table(comparison)
-    tables = [_standings(comparison), *pairs, _sequences(comparison)]
+    tables = [standing_table(comparison), *pairs, _sequences(comparison)]
     return [*tables, parts] if parts.rows else tables
 
 
@@ -187,7 +187,8 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
     ]
 
 
-def _standings(comparison: Comparison) -> Table:
+def standing_table(comparison: Comparison) -> Table:
+    """Return the means of all trackers."""
     rows, values = [], []
     for standing in comparison.standings:
         rows.append(_standing_cells(comparison, standing, digits=3))

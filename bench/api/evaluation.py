@@ -12,6 +12,7 @@ from typing import Any
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
 from trackmark.bench.api.process_state import ProcessState
+from trackmark.bench.api.run_bar import RunBar
 from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
     resolve_trackers,
@@ -46,6 +47,7 @@ def evaluate(
     metrics: str = "native",
     seed: int | None = None,
     raise_errors: bool = False,
+    progress: bool | None = None,
 ) -> PrintedRuns:
     """Run trackers on sequences in this process, and keep the runs in memory.
 
@@ -71,6 +73,8 @@ def evaluate(
     raise_errors : bool
         Raise the first exception of a tracker. By default it ends only its own run, which is then
         `failed`, and a `RuntimeWarning` is issued.
+    progress : bool, optional
+        Show a bar on standard error after a second; by default in a terminal and in a notebook.
 
     Returns
     -------
@@ -95,8 +99,9 @@ def evaluate(
     planned_runs = _planned_runs(specs, repetitions)
     search_path = list(sys.path)
     remove_abandoned(Path(FRAME_FOLDER), FRAME_PREFIX)
+    bar = RunBar(is_shown=progress)
     try:
-        runs, errors = _run_all(planned_runs, opened, protocol_key, raise_errors)
+        runs, errors = _run_all(planned_runs, opened, protocol_key, raise_errors, bar)
         # Only a run can show that its tracker draws from global generators.
         drew = {run.identity.tracker for run in runs if "generators" in run.metadata}
         stochastic = [spec for spec in specs if _runs_once(spec) and spec.label in drew]
@@ -104,8 +109,9 @@ def evaluate(
             (spec, repetition) for spec in stochastic for repetition in range(1, repetitions)
         ]
         readable = [pair for pair in opened if pair[0].name not in errors]
-        more, more_errors = _run_all(missing, readable, protocol_key, raise_errors)
+        more, more_errors = _run_all(missing, readable, protocol_key, raise_errors, bar)
     finally:
+        bar.close()
         close_idle_processes()
         sys.path[:] = search_path
     errors |= more_errors
@@ -268,13 +274,15 @@ def _run_all(
     opened: list[tuple[Sequence, str]],
     protocol_key: str,
     raise_errors: bool,
+    bar: RunBar,
 ) -> tuple[list[Run], dict[str, SequenceError]]:
     """Return the runs on all sequences, and the errors of unreadable sequences by name."""
     runs: list[Run] = []
+    bar.expect(len(planned_runs) * len(opened))
     errors: dict[str, SequenceError] = {}
     for sequence, source in opened if planned_runs else ():
         try:
-            on_sequence = _run_trackers(planned_runs, sequence, protocol_key, raise_errors)
+            on_sequence = _run_trackers(planned_runs, sequence, protocol_key, raise_errors, bar)
         except SequenceError as error:  # the runs on other sequences are not lost
             if raise_errors:
                 raise
@@ -292,6 +300,7 @@ def _run_trackers(
     sequence: Sequence,
     protocol_key: str,
     raise_errors: bool,
+    bar: RunBar,
 ) -> list[Run]:
     """Return the runs on a sequence."""
     passes, frames = list(_passes(planned_runs, protocol_key)), sequence.frames
@@ -302,7 +311,7 @@ def _run_trackers(
             return [
                 run
                 for runs_of_pass in passes
-                for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors)
+                for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors, bar)
             ]
         finally:
             sequence.frames = frames
@@ -313,11 +322,15 @@ def _run_pass(
     sequence: Sequence,
     protocol_key: str,
     raise_errors: bool,
+    bar: RunBar,
 ) -> list[Run]:
     """Return the runs of a pass, and restore the state of the process."""
     before = ProcessState.current()
     try:
-        return run_protocol(planned_runs, sequence, protocol_key, raise_errors=raise_errors).runs
+        with bar.running(len(planned_runs), sequence):
+            return run_protocol(
+                planned_runs, sequence, protocol_key, raise_errors=raise_errors, observer=bar
+            ).runs
     finally:
         before.restore()
 

@@ -12,8 +12,13 @@ from trackmark import datasets
 from trackmark.bench.analysis.by_metrics import metrics_for
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
-from trackmark.bench.analysis.comparison_tables import pair_table, screen_lines
+from trackmark.bench.analysis.comparison_tables import (
+    pair_table,
+    screen_lines,
+    standing_table,
+)
 from trackmark.bench.analysis.corner_boxes import corner_boxes
+from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.families import Families, read_families
 from trackmark.bench.analysis.run_tables import (
     mean_table,
@@ -194,9 +199,12 @@ class PrintedComparison(Comparison):
         return "\n".join([*screen_lines(self), *map(wrap, self.hints)])
 
     def _repr_html_(self) -> str:
-        """Return the table of pairs and hints, for a notebook."""
-        hints = "".join(f"<p>{escape(hint)}</p>" for hint in self.hints)
-        return f"{to_html(pair_table(self))}{hints}"
+        """Return answer, means, pairs and hints, for a notebook."""
+        answer = answer_of(self)
+        paragraphs = [f"<p>{escape(text)}</p>" for text in (*answer.details, *self.hints)]
+        tables = [standing_table(self), *([pair_table(self)] if self.pairs else [])]
+        heading = f"<p><b>{escape(answer.heading)}</b></p>"
+        return "".join([heading, *paragraphs, *map(to_html, tables)])
 
 
 def compare(

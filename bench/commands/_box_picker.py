@@ -19,6 +19,7 @@ from trackmark.bench.commands._progress import print_message
 PAGE = Path(__file__).with_name("_box_picker.html")
 
 _MAX_BYTES = 10_000_000  # limit of posted boxes; enough for 100,000 frames
+_FPS = 25  # frame rate of images without one [frames/s]
 _TEXT = "text/plain; charset=utf-8"
 
 
@@ -103,6 +104,7 @@ class _Handler(BaseHTTPRequestHandler):
         state = {
             "name": files.target.name,
             "frames": len(self.server.sequence),
+            "fps": self.server.sequence.fps or _FPS,
             "saved": files.saved.model_dump(),
             "drawing": files.drawing.model_dump(),
             "note": note,

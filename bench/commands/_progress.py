@@ -13,7 +13,12 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import SafeStream, below_messages, progress_stream
+from trackmark.bench.commands._terminal import (
+    SafeStream,
+    below_messages,
+    print_coloured,
+    progress_stream,
+)
 from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
@@ -84,9 +89,8 @@ def print_hint(hint: str) -> None:
 
 def print_event(event: str, message: str) -> None:
     """Write a line to standard error; outside a terminal, it starts with the time and `event`."""
-    print_message(
-        message if _in_terminal() else f"{time.strftime('%H:%M:%S')} {event:<8} {message}"
-    )
+    line = message if _in_terminal() else f"{time.strftime('%H:%M:%S')} {event:<8} {message}"
+    print_coloured(line, sys.stderr)
 
 
 def _in_terminal() -> bool:
@@ -150,34 +154,47 @@ class Progress(Protocol):
     def __call__(self, done: int, total: int | None = None) -> None: ...
 
 
+def _bar(total: int | None, text: str = "", **settings: Any) -> Any:
+    """Return a bar in the last line of the terminal, followed by a text if there is space."""
+    from tqdm import tqdm
+
+    return tqdm(
+        total=total,
+        desc=text,
+        file=progress_stream(),
+        bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
+        ascii=".#",
+        dynamic_ncols=True,
+        **settings,
+    )
+
+
+def _time_left(seconds: float, share: float) -> str:
+    """Return the estimated time left after a share of the work; empty if there is no estimate."""
+    if not _MIN_SHARE <= share < 1:
+        return ""
+    return f", about {rough_duration(seconds * (1 - share) / share)} left"
+
+
 @contextmanager
 def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
     """Show a bar with the time left in a terminal, and lines of `report_slow_work` elsewhere.
 
     A terminal has one bar at a time: within another bar, there are lines.
     """
-    from tqdm import tqdm
-
     hidden = _Screen.quiet or not _in_terminal() or SafeStream.bar is not None
-    with (
-        tqdm(
-            total=total,
-            desc=work,
-            file=progress_stream(),
-            bar_format="{desc}: {percentage:3.0f}%|{bar}| {n_fmt}/{total_fmt} "
-            f"{unit}s, {{remaining}} left",
-            disable=hidden,
-            delay=1.0,
-            dynamic_ncols=True,
-        ) as bar,
-        ExitStack() as lines,
-    ):
+    began = time.monotonic()
+    with _bar(total, work, disable=hidden, delay=1.0) as bar, ExitStack() as lines:
         count = lines.enter_context(report_slow_work(work)) if hidden else None
         if not hidden:
             lines.enter_context(below_messages(bar))
 
         def update(done: int, total: int | None = None) -> None:
             bar.total = total or bar.total
+            if bar.total and not hidden:
+                left = _time_left(time.monotonic() - began, done / bar.total)
+                counts = f"{work}: {done}/{bar.total} {unit}s{left}"
+                bar.set_description_str(counts, refresh=False)
             bar.update(done - bar.n)
             if count is not None and bar.total:
                 count(done, int(bar.total))
@@ -235,17 +252,8 @@ class RunProgress:
             return
         print_event("start", self._title)
         if _in_terminal():
-            from tqdm import tqdm
-
-            bar = tqdm(
-                total=self._work,
-                file=progress_stream(),
-                bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
-                ascii=".#",
-                dynamic_ncols=True,
-            )
-            self._bar = self._stack.enter_context(bar)
-            self._stack.enter_context(below_messages(bar))
+            self._bar = self._stack.enter_context(_bar(self._work))
+            self._stack.enter_context(below_messages(self._bar))
             self._show()
         else:
             thread = threading.Thread(target=self._print_lines, daemon=True)
@@ -300,10 +308,7 @@ class RunProgress:
         return time.monotonic() - self._began
 
     def _time_left(self) -> str:
-        share = self._share()
-        if share < _MIN_SHARE:
-            return ""
-        return f", about {rough_duration(self._seconds() * (1 - share) / share)} left"
+        return _time_left(self._seconds(), self._share())
 
 
 def print_corner_hints(runs: "Runs") -> None:

@@ -1,11 +1,12 @@
 """Standard output and error of a command: no control characters, no abort by write errors."""
 
 import os
+import re
 import signal
 import sys
 import threading
 from _thread import interrupt_main
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import ExitStack, contextmanager, redirect_stderr, redirect_stdout
 from functools import partial
 from io import TextIOBase, TextIOWrapper
@@ -17,6 +18,18 @@ from trackmark.reports.printable import printable, wrap, wrap_cut_lines
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
+
+_COLOURED = re.compile(
+    r"""
+    (?P<good> ^PASS\b | (?:^|(?<=\ \ )) better (?=\ \ |$) )
+    | (?P<bad> ^FAIL\b | ^.*\bFAILED\b.*$ | (?:^|(?<=\ \ )) worse (?=\ \ |$) )
+    """,
+    re.MULTILINE | re.VERBOSE,
+)
+"""Texts in colour: decisions in cells of tables, and lines on failed runs."""
+
+_ANSWER = re.compile(r"\A.*?(?:\.$|\Z)", re.MULTILINE | re.DOTALL)
+"""First sentence of a paragraph."""
 
 _INTERRUPT_DELAY = 0.01
 """Time after which an ignored Ctrl-C is repeated [s]."""
@@ -37,6 +50,9 @@ class SafeStream(TextIOBase):
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
         self.failed = False  # True after an error other than a closed pipe
+        # `_without_colours` sets the variable NO_COLOR for other packages later.
+        uses_colours = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
+        self.has_colours = uses_colours and self.isatty()
         self._clean = clean
         if isinstance(through, TextIOWrapper):  # a Latin-1 terminal cannot show all characters
             through.reconfigure(errors="backslashreplace")
@@ -45,9 +61,14 @@ class SafeStream(TextIOBase):
         """Return True."""
         return True
 
-    def write(self, text: str | bytes, /) -> int:
-        """Clean the text and pass it on; click writes the texts of shell completion as bytes."""
+    def write(self, text: str | bytes, /, colour: Callable[[str], str] = str) -> int:
+        """Clean the text and pass it on; click writes the texts of shell completion as bytes.
+
+        `colour`: function that adds colours to the cleaned text, if the terminal has them.
+        """
         cleaned = self._clean(text if isinstance(text, str) else text.decode())
+        if self.has_colours:
+            cleaned = colour(cleaned)
         with self._above_bar(cleaned):
             self._attempt(lambda: self.through.write(cleaned))
         return len(text)
@@ -106,6 +127,38 @@ class SafeStream(TextIOBase):
     def errors(self) -> str | None:  # type: ignore[override]  # as above
         """See `TextIOBase`."""
         return self.through.errors
+
+
+def print_result(lines: Iterable[str], *, has_answer: bool = True) -> None:
+    """Print an answer and tables; a terminal shows them with colours, the answer in bold type."""
+    print_coloured("\n".join(lines), sys.stdout, _with_answer if has_answer else _coloured)
+
+
+def print_coloured(
+    text: str, stream: TextIO | None, colour: Callable[[str], str] | None = None
+) -> None:
+    """Print a text; by default, a terminal shows decisions and failures in colour."""
+    if isinstance(stream, SafeStream):
+        stream.write(f"{text}\n", colour or _coloured)
+        stream.flush()
+    else:
+        click.echo(text, file=stream)
+
+
+def _coloured(text: str) -> str:
+    return _COLOURED.sub(
+        lambda match: click.style(match[0], fg="green" if match["good"] else "red"), text
+    )
+
+
+def _with_answer(text: str) -> str:
+    """Return the text with colours; its first sentence that is no failure is in bold type."""
+    first, gap, others = text.partition("\n\n")
+    if "FAILED" in first and gap:
+        return f"{_coloured(first)}{gap}{_with_answer(others)}"
+    return (
+        _ANSWER.sub(lambda match: click.style(match[0], bold=True), first) + gap + _coloured(others)
+    )
 
 
 def print_error(message: str) -> None:

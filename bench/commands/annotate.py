@@ -90,7 +90,7 @@ def command(options: AnnotateOptions) -> None:
     with report_slow_work(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing ground-truth file would hide the images after its last row.
-    sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="")
+    sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="", fps=loaded.fps)
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
     target = options.output or default
     height, width = sequence[0].shape[:2]

@@ -35,6 +35,7 @@ from trackmark.bench.commands._options import (
 )
 from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.commands._progress import print_hint, print_message
+from trackmark.bench.commands._terminal import print_result
 from trackmark.datasets.decoding import quote
 from trackmark.reports.printable import wrap
 
@@ -179,7 +180,7 @@ def command(options: CheckOptions) -> int:
     result = check(before, now, environment, not_repeatable, families)
     slower = sum(speed_change.decision == "slower" for speed_change in speeds.values())
     if not options.as_json:
-        click.echo(wrap(summary_line(result, str(path), slower, strict=options.strict)))
+        print_result([wrap(summary_line(result, str(path), slower, strict=options.strict))])
     _show(result, speeds, options)
     if options.accept is not None:
         return _accept(baseline, path, options, result, runner)
@@ -308,7 +309,8 @@ def _show(result: "Check", speeds: "Mapping[str, SpeedChange]", options: CheckOp
             json_object["times"] = speed_data(speeds)
         click.echo(json.dumps(json_object, allow_nan=False))
     elif not options.quiet:
-        click.echo("".join(map(_table_text, tables)), nl=False)
+        lines = [line for table in tables for line in _table_lines(table)]
+        print_result(lines, has_answer=False)
     if options.markdown is not None:
         _write(
             options.markdown,
@@ -321,12 +323,11 @@ def _show(result: "Check", speeds: "Mapping[str, SpeedChange]", options: CheckOp
         _write(options.junit, check_junit(result, speed_cases(speeds)))
 
 
-def _table_text(table: "Table") -> str:
-    """Return the table, or only its notes if nothing changed."""
+def _table_lines(table: "Table") -> list[str]:
+    """Return the lines of the table, or only its notes if nothing changed."""
     from trackmark.reports.renderers import terminal_lines
 
-    lines = terminal_lines(table) if table.rows else map(wrap, table.notes)
-    return "".join(f"{line}\n" for line in lines)
+    return terminal_lines(table) if table.rows else [*map(wrap, table.notes)]
 
 
 def _write(file: Path, markup: str) -> None:

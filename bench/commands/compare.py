@@ -43,6 +43,7 @@ from trackmark.bench.commands._progress import (
     print_message,
     report_slow_work,
 )
+from trackmark.bench.commands._terminal import print_result
 from trackmark.bench.experiments.experiment import Experiment, default_name
 
 if TYPE_CHECKING:
@@ -287,7 +288,7 @@ def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
             click.echo(json.dumps(json_object, allow_nan=False))
         else:
             lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
-            click.echo("\n".join(lines))
+            print_result(lines)
         if folder is not None:
             target = folder / metrics if len(compared) > 1 else folder
             print_message("\n".join(_write(comparison, target)))

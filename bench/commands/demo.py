@@ -22,6 +22,7 @@ from trackmark.bench.commands._progress import (
     print_message,
     progress_bar,
 )
+from trackmark.bench.commands._terminal import print_result
 from trackmark.bench.experiments.experiment import read_experiment
 
 
@@ -60,7 +61,7 @@ def command(options: DemoOptions) -> int:
     runs = open_runs(results)
     summary = summarise(runs)
     assert summary is not None
-    click.echo("\n".join(summary.lines()))
+    print_result(summary.lines())
     if summary.failures:
         return EXIT_NEGATIVE
     folder = options.output / "demo"

@@ -1,5 +1,6 @@
 """Write tables, plots and a page of stored results."""
 
+import webbrowser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -34,6 +35,7 @@ from trackmark.bench.commands._progress import (
     progress_bar,
     report_slow_work,
 )
+from trackmark.bench.commands._terminal import print_result
 
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
@@ -79,6 +81,7 @@ class ReportOptions(ScreenOptions):
     )
     verbose: bool = output_option("Print all tables with all columns.")
     no_pictures: bool = output_option("Write tables only: no page, no plots.")
+    opens_page: bool = output_option("Open the page in the browser.", "--open")
 
     @property
     def has_page(self) -> bool:
@@ -118,6 +121,8 @@ def command(options: ReportOptions) -> int:
         raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
     if options.with_full_frames and not options.has_page:
         raise click.UsageError("--frames requires a page, which is not written. Give --output.")
+    if options.opens_page and not options.has_page:
+        raise click.UsageError("--open requires a page, which is not written. Give --output.")
     if options.published is not None and not options.has_page:
         raise click.UsageError(
             "--published adds scores to a page, which is not written. Give --output."
@@ -182,6 +187,8 @@ def _report(
         files += _write_page(
             runs, page, tables, title, commands, published=published, **options_of_page
         )
+        if options.opens_page and not webbrowser.open(page.absolute().as_uri()):
+            print_message(f"No browser was found. Open {page} yourself.")
     for line in list_written_files(files):
         print_message(line)
 
@@ -213,7 +220,7 @@ def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, 
     if title:
         click.echo(f"{title}:")
     if summary is not None:
-        click.echo("\n".join(summary.lines(quiet=options.quiet)))
+        print_result(summary.lines(quiet=options.quiet))
         for warning in summary.warnings:
             print_event("warning", warning)
     short = summary is not None and not options.verbose
@@ -240,11 +247,14 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
 
     if options.as_json:
         rendered = [*map(to_json, tables)]
-    elif options.form in TEXTS or options.verbose:
-        _, render = FORMATS[options.form if options.form in TEXTS else "text"]
+    elif options.form in TEXTS:
+        _, render = FORMATS[options.form]
         rendered = [*map(render, tables)]
     else:
-        rendered = ["\n".join([*terminal_lines(table, "--verbose"), ""]) for table in tables]
+        rendered = [
+            "\n".join([*terminal_lines(table, "--verbose", all_columns=options.verbose), ""])
+            for table in tables
+        ]
     if rendered:
         click.echo("\n".join(rendered))
 

@@ -41,7 +41,7 @@ from trackmark.bench.commands._progress import (
     report_slow_work,
     rough_duration,
 )
-from trackmark.bench.commands._terminal import print_error
+from trackmark.bench.commands._terminal import print_error, print_result
 from trackmark.bench.experiments.experiment import (
     Experiment,
     ExperimentError,
@@ -255,7 +255,7 @@ def _print_scores(
 
             tables = summary_text(runs, other_metrics, only_means=not options.verbose).splitlines()
             lines += [*([""] if lines and tables else []), *tables]
-    click.echo("\n".join(lines))
+    print_result(lines)
     for warning in warnings:
         print_event("warning", warning)
 

@@ -27,6 +27,7 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
+from trackmark.bench.commands._terminal import print_result
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 
 if TYPE_CHECKING:
@@ -117,7 +118,7 @@ def command(options: StressOptions) -> int:
     if options.as_json:
         click.echo(json.dumps(stress_json(result), allow_nan=False))
     else:
-        click.echo("\n".join(breaking_point_lines(result)))
+        print_result(breaking_point_lines(result))
         if not options.quiet:
             for table in stress_tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--output")]))

@@ -19,6 +19,8 @@ import pytest
 import trackmark as tm
 from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
+from trackmark.bench.api import evaluation
+from trackmark.bench.api.run_bar import RunBar
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
 from trackmark.bench.store.keys import ResultsError
@@ -229,6 +231,47 @@ def test_sequence_is_opened_once_until_its_file_changes(otb, tmp_path, monkeypat
     assert len(_opened) == MAX_OPEN
 
 
+def test_arrays_are_a_sequence(face):
+    frames = np.stack(list(face))
+    frames.flags.writeable = True
+    sequence = tm.Sequence.from_arrays(frames, face.boxes, name="mine")
+    runs = tm.evaluate("camshift", [sequence, face])
+    np.testing.assert_array_equal(runs["camshift", "mine"].boxes, runs["camshift", "face"].boxes)
+    frames[3] = 0  # the images of the caller stay writeable
+    changed = tm.Sequence.from_arrays(list(frames), face.boxes, name="mine")
+    assert changed.fingerprint != sequence.fingerprint
+    assert len(tm.Sequence.from_arrays(frames, face.boxes[:7], name="short")) == 7
+
+
+@pytest.mark.parametrize(
+    ("frames", "problem"),
+    [
+        (np.zeros((3, 24, 32)), r"frame 0 .* float64 and shape \(24, 32\)\. Expected: .* uint8"),
+        (np.zeros((3, 24, 32, 4), np.uint8), r"frame 0 .* shape \(24, 32, 4\)"),
+        ([np.zeros((n, 32, 3), np.uint8) for n in (24, 24, 9)], r"frame 2 .* one size"),
+        ([], "there are no images"),
+    ],
+)
+def test_arrays_that_are_no_images_are_refused(frames, problem):
+    with pytest.raises(tm.datasets.SequenceError, match=f"^mine: {problem}"):
+        tm.Sequence.from_arrays(frames, np.ones((3, 4)), name="mine")
+
+
+def test_evaluate_shows_its_progress_on_request_or_in_a_terminal(face, monkeypatch, capsys):
+    class InstantBar(RunBar):
+        def __init__(self, **options):
+            super().__init__(**options)
+            self._bar.delay = self._bar.mininterval = 0
+
+    monkeypatch.setattr(evaluation, "RunBar", InstantBar)
+    tm.evaluate("static", face)
+    assert capsys.readouterr().err == ""
+    tm.evaluate([Plain, "static"], face, progress=True)
+    text = capsys.readouterr().err
+    assert "[#####...............] 0/2 runs, samples/face, frame 60" in text
+    assert re.search(r"\[#{14,15}\.{5,6}\] 1/2 runs, samples/face, frame 60\b", text)
+
+
 def test_forms_are_one_line_of_text_and_html(face):
     results = tm.evaluate(["static", "camshift"], [face, "samples/bow-tie"])
     run = results["camshift", "face"]
@@ -246,7 +289,9 @@ def test_forms_are_one_line_of_text_and_html(face):
         assert len(jpeg) < 60_000
         assert cv2.imdecode(np.frombuffer(jpeg, np.uint8), 1).shape[0] == 144
     assert "samples/face: 120 frames of" in html[2]
-    assert "camshift - static" in html[3]
+    answer, means, pairs = (html[3].index(text) for text in ("<b>", ">0.671<", "camshift - static"))
+    assert answer < means < pairs
+    assert "camshift" in html[3][answer : html[3].index("</b>")]
 
 
 def test_print_shows_means_and_the_answer_of_a_comparison(face):

@@ -65,6 +65,17 @@ def test_wide_table_omits_columns_and_names_them(table, measures, failed):
     ]
 
 
+@pytest.mark.parametrize("ranks", [[], None])
+def test_columns_that_cannot_be_omitted_continue_below(ranks):
+    wide = sequence_table(scored(PER_SEQUENCE), PER_SEQUENCE, "T", "native")
+    wide = wide if ranks is None else replace(wide, ranks=ranks)
+    narrow = "\n".join(terminal_lines(wide, "--verbose", all_columns=ranks is None))
+    assert max(map(len, narrow.splitlines())) <= MAX_WIDTH
+    assert "Left out" not in narrow
+    assert all(cell.text in narrow for row in wide.rows for cell in row)
+    assert narrow.count("  static ") > narrow.count("samples/face") > 1
+
+
 def test_narrow_table_is_unchanged():
     wide = sequence_table(scored(PER_SEQUENCE[:2]), PER_SEQUENCE[:2], "T", "native")
     whole = [line for line in to_text(wide).splitlines() if line.strip("- ")]

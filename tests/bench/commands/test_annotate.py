@@ -185,8 +185,15 @@ def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromiu
         chromium.console.clear()
         drag(chromium, (14, 17), (4, 5))
         seen["drawn"] = chromium.run(BOX)
+        seen["hint"] = chromium.run("$('hint').textContent")
         chromium.key("End")
-        drag(chromium, (8, 5), (18, 17))
+        chromium.wait(SHOWN)
+        seen["suggested"] = chromium.run(
+            "[boxAt(4) ?? null, suggestedAt(4), $('kind').textContent]"
+        )
+        chromium.key("Enter")
+        seen["accepted"] = chromium.run(BOX)
+        drag(chromium, (9, 11), (13.3, 11.3))  # whole pixels
         for key in (",", ","):  # the frame in the middle
             chromium.key(key)
         chromium.wait(SHOWN)
@@ -229,6 +236,9 @@ def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromiu
     user(act)
     done = trackmark("annotate", workspace / "data/Small/img", "--draw", "--output", "truth.csv")
     assert seen["drawn"] == [4, 5, 10, 12]
+    assert seen["hint"] == "Next: go on some frames"
+    assert seen["suggested"] == [None, [4, 5, 10, 12], "of 4: suggestion"]
+    assert seen["accepted"] == [4, 5, 10, 12]
     assert seen["interpolated"] == [6, 5, 10, 12]
     assert seen["outline"] == "M6 5h10v12h-10z"
     assert seen["nudged"] == [7, 15, 10, 12]
@@ -391,6 +401,24 @@ def stored(files):
 
 
 MARK = "[$('message').textContent, $('message').className, $('mark').textContent]"
+
+
+@needs_browser
+def test_page_plays_to_the_end_and_hides_suggestions(chromium, make_sequence, files):
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        chromium.open(picker.url)
+        chromium.wait(SHOWN)
+        assert chromium.run("$('hint').textContent") == "Drag a box around the target"
+        chromium.run("state.boxes[0] = [2, 3, 8, 6]; commit()")
+        chromium.click("[data-key=' ']")
+        assert chromium.run("[$('play').ariaLabel, $('hint').textContent]") == ["Stop", ""]
+        chromium.wait("frame > 0 && frame === shown")
+        assert chromium.run("playing === null || !$('outline').getAttribute('d')")
+        chromium.wait("frame === 19 && playing === null")
+        assert "Enter" in chromium.run("$('hint').textContent")
+        chromium.key("Enter")  # the page has the focus again, not the button
+        assert chromium.run("state.boxes[19]") == [2, 3, 8, 6]
+        chromium.run("posts")
 
 
 @needs_browser

@@ -103,6 +103,18 @@ def test_report_writes_its_page_unless_it_prints_for_a_script(trackmark, workspa
     trackmark("results", "check", "results")
 
 
+def test_report_opens_its_page_in_the_browser(trackmark, workspace, monkeypatch):
+    trackmark(*STATIC, "data/Small")
+    opened = []
+    monkeypatch.setattr("webbrowser.open", opened.append)  # None: there is no browser
+    done = trackmark("report", "results/mine", "--open")
+    page = workspace / "results" / "mine" / "report.html"
+    assert opened == [page.as_uri()]
+    assert "No browser was found. Open results/mine/report.html yourself." in done.stderr
+    refused = trackmark("report", "results/mine", "--no-pictures", "--open", status=2)
+    assert "--open requires a page" in refused.stderr
+
+
 def test_report_on_several_experiments_names_each(trackmark, workspace):
     (workspace / "trial.toml").write_text(
         'version = 1\ntitle = "Mine"\nsequences = ["data/Small"]\ntrackers = ["static"]\n'

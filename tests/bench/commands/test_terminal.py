@@ -28,7 +28,13 @@ from trackmark.bench.commands._progress import (
     progress_bar,
     report_slow_work,
 )
-from trackmark.bench.commands._terminal import SafeStream, interruptible, print_error, safe_streams
+from trackmark.bench.commands._terminal import (
+    SafeStream,
+    interruptible,
+    print_error,
+    print_result,
+    safe_streams,
+)
 from trackmark.reports.printable import MAX_WIDTH, wrap
 
 
@@ -66,6 +72,55 @@ def test_long_message_is_wrapped_in_a_terminal_only(terminal, monkeypatch):
 def test_listed_texts_fit_a_terminal(trackmark, command):
     lines = trackmark(*command).stdout.splitlines()
     assert max(len(line) for line in lines if "/" not in line) <= MAX_WIDTH  # apart from paths
+
+
+RESULT = [
+    "1 of 2 runs FAILED:",
+    "",
+    "a is better than b:",
+    "0.7 against 0.6. It leads.",
+    "Details.",
+    "",
+    "pair   decision",
+    "a - b  better",
+    "b - a  worse  0.1",
+    "a - c  not worse",
+    "\x1b[2J",
+]
+
+
+def printed_result(monkeypatch, *, terminal, no_colour):
+    screen = Screen(terminal=terminal)
+    monkeypatch.setattr(sys, "stdout", screen)
+    monkeypatch.setenv("TERM", "xterm")
+    monkeypatch.setenv("NO_COLOR", no_colour)
+    with safe_streams():
+        print_result(RESULT)
+    return screen.getvalue()
+
+
+def test_answer_and_decisions_are_coloured_in_a_terminal(monkeypatch):
+    text = printed_result(monkeypatch, terminal=True, no_colour="")
+    red, green, bold, end = "\x1b[31m", "\x1b[32m", "\x1b[1m", "\x1b[0m"
+    assert text.splitlines() == [
+        f"{red}1 of 2 runs FAILED:{end}",
+        "",
+        f"{bold}a is better than b:",
+        f"0.7 against 0.6. It leads.{end}",
+        "Details.",
+        "",
+        "pair   decision",
+        f"a - b  {green}better{end}",
+        f"b - a  {red}worse{end}  0.1",
+        "a - c  not worse",
+        r"\u001b[2J",
+    ]
+
+
+@pytest.mark.parametrize(("terminal", "no_colour"), [(False, ""), (True, "1")])
+def test_no_colours_without_terminal_or_with_no_color(monkeypatch, terminal, no_colour):
+    text = printed_result(monkeypatch, terminal=terminal, no_colour=no_colour)
+    assert text.splitlines() == [*RESULT[:-1], r"\u001b[2J"]
 
 
 def test_wrapped_text_is_indented_like_its_first_line():

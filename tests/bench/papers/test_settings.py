@@ -65,23 +65,11 @@ def test_chain_names_trackers_of_the_paper(name):
     assert {tracker for step in paper.chain for tracker in step.trackers} <= registered
 
 
-NOT_MEASURED = {"moreno2005"}
-"""Papers whose development data have not been measured yet; their pages print no effects."""
-
-
-def measured_effects(name):
-    effects = read_effects(name)
-    if name in NOT_MEASURED:
-        assert effects.empty
-        pytest.skip("its development data have not been measured yet")
-    return effects
-
-
 @pytest.mark.parametrize("name", paper_names())
 def test_development_data_contain_every_variant(name):
     paper = read_paper(name)
     development = read_development(paper)
-    effects = measured_effects(name)
+    effects = read_effects(name)
     for runs in development.runs:
         rows = effects[effects["tracker"] == runs.tracker.name]
         expected = {variant.name for variant in variants(paper, development, runs.tracker)}
@@ -116,7 +104,7 @@ def test_development_scenes_precede_those_of_claims():
 @pytest.mark.parametrize("name", paper_names())
 def test_sensitivity_has_only_choices_that_matter(name):
     paper = read_paper(name)
-    measured_effects(name)
+    read_effects(name)
     effects, development = effects_on_all(name), read_development(paper)
     moving = effects[(effects["data"] == "scenes") & (effects["difference"].abs() > CLAIM_MARGIN)]
     rows = read_sensitivity(paper).rows
