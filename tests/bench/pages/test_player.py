@@ -160,9 +160,14 @@ def test_keyboard_keeps_the_focus_and_does_one_thing_at_a_time(opened_page):
     assert opened_page.run("[...byId('legend').children].indexOf(document.activeElement)") == 2
 
 
+def drifting_index(opened_page):
+    """Return the index of the stochastic tracker, which also revises boxes."""
+    return opened_page.run("data.labels.findIndex((label) => label.includes('Drifting'))")
+
+
 def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
-    name = canonical_name(FIRST)
-    tracker = opened_page.run("data.labels[2]")
+    name, index = canonical_name(FIRST), drifting_index(opened_page)
+    tracker = opened_page.run(f"data.labels[{index}]")
     open_frame(opened_page, sequence=name, tracker=tracker, repetition=0, frame=0)
     opened_page.run(
         "window.visited = [];"
@@ -183,8 +188,8 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
     assert opened_page.run("byId('curve').ariaValueNow") == "33"
     x, _, width = opened_page.run(place.format("cursor"))
     assert x + width / 2 == pytest.approx(position["x"], abs=0.6)
-    plain, entry = opened_page.run(PIXELS), "byId('legend').children[3].textContent"
-    opened_page.run("choose({other: '2.1', show: '2'})")
+    plain, entry = opened_page.run(PIXELS), f"byId('legend').children[{index + 1}].textContent"
+    opened_page.run(f"choose({{other: '{index}.1', show: '{index}'}})")
     numbers = []
     for held in (False, True):
         if held:
@@ -219,17 +224,21 @@ def test_player_plays_scrubs_holds_enlarges_and_saves(opened_page, results):
 
 
 def test_player_switches_to_revised_boxes(opened_page, results):
-    name, tracker = canonical_name(FIRST), opened_page.run("data.labels[2]")
+    name, index = canonical_name(FIRST), drifting_index(opened_page)
+    tracker = opened_page.run(f"data.labels[{index}]")
     open_frame(opened_page, sequence=name, tracker=tracker, repetition=0, frame=3)
     online = opened_page.run("drawnRuns().map(rowOf)")
     opened_page.key("o")
     assert state(opened_page)["trajectory"] == "revised"
     revised = opened_page.run("drawnRuns().map(rowOf)")
-    assert revised == [*online[:2], online[2] + 1]  # one of the trackers revises
+    # One of the trackers revises.
+    assert revised == [row + (position == index) for position, row in enumerate(online)]
     (run, *_) = (
         run for row, run, _ in stored_runs(results, sequence=name) if row["tracker"] == tracker
     )
-    rows = opened_page.run(f"[{online[2]}, {revised[2]}].map((row) => sequence.box(row, 3)[0])")
+    rows = opened_page.run(
+        f"[{online[index]}, {revised[index]}].map((row) => sequence.box(row, 3)[0])"
+    )
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)
 
 
@@ -270,9 +279,10 @@ def test_finger_opens_points_holds_a_run_and_moves_the_magnifier(opened_page, pa
     touch(opened_page, "touchStart", opened_page.run(middle.format("#success svg")))
     touch(opened_page, "touchEnd")
     opened_page.wait("byId('player').open && paintedFrame >= 0")
-    opened_page.run("choose({other: '2.1'}); byId('menu').open = true; 0")
+    index = drifting_index(opened_page)
+    opened_page.run(f"choose({{other: '{index}.1'}}); byId('menu').open = true; 0")
     touch(opened_page, "touchStart", opened_page.run(middle.format("#hold")))
-    opened_page.wait("held && drawnRuns()[0].repetition === 1")
+    opened_page.wait("held && drawnRuns().some((run) => run.repetition === 1)")
     touch(opened_page, "touchEnd")
     opened_page.wait("!held")
     opened_page.key("m")
@@ -342,7 +352,8 @@ def test_page_of_some_frames_marks_these_and_explains_others(opened_page):
 def test_timeline_marks_success_failure_and_loss(opened_page):
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     opened_page.run(
-        "{ const curve = sequence.curve(1); curve.outside.fill(0); curve.outside.fill(1, 20, 29);"
+        "{ const curve = sequence.curve(sequence.run(0, 0).row);"
+        " curve.outside.fill(0); curve.outside.fill(1, 20, 29);"
         " curve.outside.fill(1, 40, 50); } window.lanes = []; window.crosses = 0;"
         " { const fill = curvePen.fillRect, stroke = curvePen.stroke; curvePen.fillRect ="
         " function (x, y, w, h) { lanes.push([y, h, this.globalAlpha]);"
@@ -418,7 +429,8 @@ def test_absent_failures_are_stated(opened_page):
     opened_page.key("f")
     assert opened_page.run("frame") == 3
     assert opened_page.run(MESSAGE) == "No tracker is shown."
-    opened_page.run("{ const { outside } = sequence.curve(1); outside.fill(0); outside[40] = 1; }")
+    first_curve = "sequence.curve(sequence.run(0, 0).row)"
+    opened_page.run(f"{{ const {{ outside }} = {first_curve}; outside.fill(0); outside[40] = 1; }}")
     opened_page.run("choose({show: '0'})")
     for frame in (3, 40, 50):
         opened_page.run(f"move({frame})")
@@ -426,7 +438,7 @@ def test_absent_failures_are_stated(opened_page):
         assert opened_page.run("frame") == 40
         message = f"{trackers[0]} leaves the ground-truth box at frame 40."
         assert opened_page.run(MESSAGE) == message
-    opened_page.run("sequence.curve(1).outside.fill(0)")
+    opened_page.run(f"{first_curve}.outside.fill(0)")
     opened_page.key("f")
     assert opened_page.run(MESSAGE) == "No shown tracker leaves the ground-truth box."
 
