@@ -228,8 +228,9 @@ def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -
     There is no rule between headings and rows. The reason of missing means is printed once per
     row. If the table is still too wide, the first of two labels gets separate lines if rows share
     it. Then columns are omitted, starting with the highest rank. `more`: advice on how to
-    print them, for a note that names them; no note by default. Columns that are still too wide, or
-    all of them if `all_columns`, continue below the others.
+    print them, for a note that names them; no note by default. If the labels alone take more than
+    half of the width, they get separate lines. Columns that are still too wide, or all of them if
+    `all_columns`, continue below the others.
     """
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
@@ -247,6 +248,8 @@ def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -
     omitted = "; ".join(table.headings[column] for column in sorted(left_out))
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
     paragraphs = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
+    if _is_too_wide(narrow) and not grouped and 2 * max(map(_width, _labels(table))) > width():
+        narrow, left_out = _labels_above(shortened), []
     parts = _side_by_side(narrow) if _is_too_wide(narrow) else [narrow]
     rows = [line for part in parts for line in _lines(part) if line.strip("- ")]
     return [*paragraphs[0], *rows, *chain(*paragraphs[1:])]
@@ -254,6 +257,21 @@ def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -
 
 def _is_too_wide(table: Table) -> bool:
     return max(map(len, _lines(table)), default=0) > width()
+
+
+def _labels(table: Table) -> list[str]:
+    """Return the labels of each row in one text."""
+    return ["  ".join(cell.text for cell in row[: table.n_labels]) for row in table.rows]
+
+
+def _labels_above(table: Table) -> Table:
+    """Return the table with the labels of each row on a line above its scores."""
+    scores = table.headings[table.n_labels :]
+    rows = []
+    for labels, row in zip(_labels(table), table.rows, strict=True):
+        rows.append([Cell(labels), *(Cell("") for _ in scores)])
+        rows.append([Cell(""), *row[table.n_labels :]])
+    return replace(table, headings=["", *scores], n_labels=1, rows=rows)
 
 
 def _side_by_side(table: Table) -> list[Table]:

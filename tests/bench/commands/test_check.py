@@ -137,6 +137,7 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     summary_line = "FAIL  2 of 4 scores worse, 2 unchanged; 1 tracker worse in the mean"
     assert lines[0].startswith(summary_line)
     assert sum(line.split()[:2] == ["worse", "mine"] for line in lines) == 3
+    assert max(map(len, lines)) <= 80
     assert "identical  static  2 sequences" in lines
     assert "REGRESSION: mine is worse on " in printed.stdout
     assert "Accept  trackmark check own --accept mine --reason '…'" in printed.stderr
