@@ -89,7 +89,7 @@ def test_changelog_and_citation_have_version_and_date():
 def test_wheel_has_all_page_files():
     included = {file.path for file in WheelBuilder(str(ROOT)).recurse_included_files()}
     parts = [path for path in (ROOT / "bench" / "pages" / "templates").iterdir() if path.is_file()]
-    assert {".html", ".css", ".js"} == {path.suffix for path in parts}
+    assert {".html", ".css", ".js", ".woff2", ".txt"} == {path.suffix for path in parts}
     assert {str(path) for path in parts} <= included
 
 

@@ -115,7 +115,7 @@ def _trackers() -> dict[str, str]:
         try:
             parameters = describe_tracker(name)["parameters"]
             required = [f"{about['name']}=PATH" for about in parameters if about["default"] == ""]
-            states[name] = f"needs {name}:{':'.join(required)}" if required else "ready"
+            states[name] = f"needs {', '.join(required)}" if required else "ready"
         except (trackers.TrackerError, RuntimeError) as error:  # Numba raises RuntimeError
             states[name] = str(error)
     return states

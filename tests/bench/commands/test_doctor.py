@@ -105,7 +105,7 @@ def test_doctor_accepts_opencv_contrib_over_opencv(trackmark, monkeypatch):
 
 def test_doctor_names_missing_model_files(trackmark):
     states = json.loads(trackmark("doctor", "--json").stdout)["trackers"]
-    assert states["opencv-nano"] == "needs opencv-nano:backbone=PATH:neckhead=PATH"
+    assert states["opencv-nano"] == "needs backbone=PATH, neckhead=PATH"
     assert states["static"] == "ready"
 
 
