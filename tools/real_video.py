@@ -4,8 +4,7 @@ python -m tools.real_video FOLDER --write    # FOLDER contains the sequences of 
 python -m tools.real_video --write           # pages only, from the stored scores
 
 With FOLDER, missing runs are executed and stored in `--results-root`; `--write` then replaces
-`bench/papers/real_video.csv`. `opencv-csrt` needs opencv-contrib-python-headless in place of
-opencv-python-headless.
+`bench/papers/real_video.csv`. `opencv-csrt` needs the package opencv-contrib-python-headless.
 """
 
 import argparse
