@@ -94,6 +94,8 @@ def test_doctor_reports_two_distributions_of_opencv(trackmark, monkeypatch):
 
 def test_doctor_accepts_opencv_contrib_over_opencv(trackmark, monkeypatch):
     installed_as(monkeypatch, "opencv-contrib-python-headless", "opencv-python-headless")
+    # A tracker that is imported with this OpenCV would stay usable in later tests.
+    monkeypatch.setattr("trackmark.bench.commands.doctor._trackers", dict)
     monkeypatch.delattr(cv2, "legacy", raising=False)
     monkeypatch.setattr(cv2, "TrackerKCF_create", None, raising=False)
     (problem,) = json.loads(trackmark("doctor", "--json", status=1).stdout)["problems"]
