@@ -6,7 +6,6 @@ row is *stale* if its tracker or its sequence has changed since its runs.
 
 import hashlib
 import json
-from functools import cache
 
 import pandas as pd
 
@@ -68,7 +67,6 @@ def tracker_state(tracker: str) -> tuple[str, str]:
     return str(spec.version["source"]), hashlib.sha256(encoded).hexdigest()[:16]
 
 
-@cache
 def _is_current(tracker: str, version: str, parameters: str) -> bool:
     name, _ = parse_text(tracker)
     file = PACKAGE / f"{name.replace('-', '_')}.py"
@@ -86,8 +84,9 @@ def stale_rows(scores: pd.DataFrame) -> "pd.Series[bool]":
     Recorded sequences are not part of the package. They are stale if the trackers' runs on them
     used different images or ground truth.
     """
-    states = zip(scores["tracker"], scores["version"], scores["parameters"], strict=True)
-    is_changed = pd.Series([not _is_current(*state) for state in states], scores.index)
+    states = list(zip(scores["tracker"], scores["version"], scores["parameters"], strict=True))
+    changed = {state for state in {*states} if not _is_current(*state)}
+    is_changed = pd.Series([state in changed for state in states], scores.index)
     for sequence, rows in scores.groupby("sequence"):
         if {*rows["data"]} == {OTB}:
             is_changed[rows.index] |= len({*rows["fingerprint"]}) > 1

@@ -129,11 +129,9 @@ def test_opencv_tracker_that_is_not_installed_is_not_stale(scores, monkeypatch):
         raise stored.TrackerError("the installed OpenCV has no such tracker")
 
     monkeypatch.setattr(stored, "tracker_state", refuse)
-    stored._is_current.cache_clear()
     state = scores[scores["tracker"] == "opencv-csrt"].iloc[0]
     assert stored._is_current("opencv-csrt", state["version"], state["parameters"])
     assert not stored._is_current("opencv-csrt", "other", state["parameters"])
-    stored._is_current.cache_clear()
 
 
 def test_paper_table_has_its_trackers_and_references():
