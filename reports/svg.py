@@ -4,6 +4,7 @@ Colours are CSS variables of the page, so that charts follow its light or dark t
 paths are absolute; `page.js` reads the points of a line from them.
 """
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import compress
@@ -115,27 +116,35 @@ def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tup
 def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
     """Yield grid lines with their numbers, the names of the axes, and the reference line."""
     (left, right), (bottom, top) = x.pixels, y.pixels
-    text_element = Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
+    grid, texts = "", list[tuple[float, float, str, str]]()
     for tick in y.ticks:
         position = float(y(tick))
-        label = (
-            f"{100 * tick:g}" + " %" * (tick == y.ticks[-1]) if chart.is_percent else f"{tick:g}"
-        )
-        yield Markup('<path class="grid" d="M{},{:.1f}H{}"/>').format(left, position, right)
-        yield text_element.format(left - 6, position + 4, "end", label)
+        unit = " %" * (tick == y.ticks[-1])
+        label = f"{100 * tick:g}{unit}" if chart.is_percent else f"{tick:g}"
+        grid += f"M{left:g},{_px(position)}H{right:g}"
+        texts.append((left - 6, position + 4, "end", label))
     for tick in x.ticks:
         position = float(x(tick))
         label = _time(tick) if chart.logarithmic else f"{tick:g}"
-        if chart.style == "dots":
-            yield Markup('<path class="grid" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
-        yield text_element.format(position, bottom + 17, "middle", label)
+        grid += f"M{_px(position)},{top:g}V{bottom:g}" * (chart.style == "dots")
+        texts.append((position, bottom + 17, "middle", label))
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
-    yield text_element.format((left + right) / 2, height - 4, "middle", one_line(name))
+    texts.append(((left + right) / 2, height - 4, "middle", one_line(name)))
+    yield Markup('<path class="grid" d="{}"/>').format(grid)
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
         position = float(x(chart.reference))
-        yield Markup('<path class="reference" d="M{:.1f},{}V{}"/>').format(position, top, bottom)
+        path = f"M{_px(position)},{top:g}V{bottom:g}"
+        yield Markup('<path class="reference" d="{}"/>').format(path)
         if chart.reference_label:
-            yield text_element.format(position - 4, bottom - 6, "end", chart.reference_label)
+            texts.append((position - 4, bottom - 6, "end", chart.reference_label))
+    for across, down, anchor, label in texts:
+        element = Markup('<text x="{}" y="{}" text-anchor="{}">{}</text>')
+        yield element.format(_px(across), _px(down), anchor, label)
+
+
+def _px(position: float) -> str:
+    """Return a coordinate, rounded to a tenth of a pixel."""
+    return f"{position:.1f}".removesuffix(".0")
 
 
 def _time(milliseconds: float) -> str:
@@ -178,8 +187,9 @@ def _line(line: Line, x: _Scale, y: _Scale, style: str, *, crowded: bool) -> Mar
         across, down = _corners(*points) if style == "step" else points
         path += _trace(x(across), y(down))
     link = Markup(' data-positions="{}"').format(positions) if positions else ""
-    curve = Markup('<path class="curve {}" data-k="{}" stroke-dasharray="{}" d="{}"{}/>')
-    return band + curve.format(index, line.position, dash, path, link)
+    dashes = Markup(' stroke-dasharray="{}"').format(dash) if dash else ""
+    curve = Markup('<path class="curve {}" data-k="{}"{} d="{}"{}/>')
+    return band + curve.format(index, line.position, dashes, path, link)
 
 
 def _corners(xs: Array, ys: Array) -> tuple[Array, Array]:
@@ -190,8 +200,13 @@ def _corners(xs: Array, ys: Array) -> tuple[Array, Array]:
 def _trace(xs: Array, ys: Array) -> str:
     """Return the path through points [px]: a move, then relative lines; empty without points."""
     points = np.column_stack([xs, ys]).round(1)
+    if not len(points):
+        return ""
     steps = np.diff(points, axis=0, prepend=np.zeros((1, 2))).round(1) + 0.0  # no -0
-    return "M" * bool(len(points)) + "l".join(f"{dx:g},{dy:g}" for dx, dy in steps.tolist())
+    start, lines = (" ".join(f"{step:g}" for step in part.ravel()) for part in (steps[:1], steps[1:]))
+    path = f"M{start}l{lines}".removesuffix("l")
+    # Spaces before a sign and zeros before a point are not needed; paths are much of a page.
+    return re.sub(r" (?=-)|(?<=[ l-])0(?=\.)", "", path)
 
 
 def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:

@@ -83,7 +83,7 @@ class PlayerSequence:
     boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
     runs: Sequence[PlayerRun]
     thumbnails: FrameChunks = ()
-    full: Sequence[Sequence[int]] = ()  # sizes of full-size frames, see `write_chunk` [bytes]
+    full: Sequence[int] = ()  # numbers of full-size frames by chunk; see `write_chunk`
     reason: str = ""  # reason why there are no frames
     frame_numbers: Sequence[int] | None = None  # numbers of the existing frames; None for all
     fps: float | None = None

@@ -20,7 +20,13 @@ from numpy.typing import NDArray
 from trackmark.bench.output_files import write_file
 from trackmark.bench.package_version import package_version
 from trackmark.bench.pages.content import FrameChunks, Page, PlayerSequence, Shapes, player_link
-from trackmark.bench.pages.player_frames import ABSENT, compress, pack_boxes, quantise
+from trackmark.bench.pages.player_frames import (
+    ABSENT,
+    compress,
+    pack_boxes,
+    pack_frames,
+    quantise,
+)
 from trackmark.reports.palette import DARK, DASHES, LIGHT, MARKER_PATHS, colour_index
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import TOP, at_reference, chart_svg
@@ -72,7 +78,7 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
         blocks[f"boxes-{index}"] = pack_boxes(np.stack([quantise(boxes) for boxes, _ in rows]))
         if shapes := {row: outlines for row, (_, outlines) in enumerate(rows) if outlines}:
             blocks[f"shapes-{index}"] = compress(json.dumps(shapes).encode())
-        chunk_sizes: dict[str, Sequence[Sequence[int]]] = {"full": sequence.full}
+        chunk_lengths: dict[str, Sequence[int]] = {"full": sequence.full}
         for layer, chunks in _frames_by_kind(sequence):
             needed = sum(map(len, chain(*chunks)))
             fits = needed <= room
@@ -80,15 +86,15 @@ def write_page(path: Path, page: Page, room: float | None = None) -> list[Path]:
             for chunk_index, frames in enumerate(chunks):
                 name = f"{layer}-{index}-{chunk_index}"
                 if fits:
-                    blocks[name] = b64encode(b"".join(frames)).decode()
+                    blocks[name] = pack_frames(frames)
                 else:
                     written.append(write_chunk(path, name, frames))
-            chunk_sizes[layer] = [[len(frame) for frame in frames] for frames in chunks]
+            chunk_lengths[layer] = [*map(len, chunks)]
         for run_index, run in enumerate(sequence.runs):
             if run.tracker_values:
                 name = f"numbers-{index}-{run_index}"
                 blocks[name] = compress(json.dumps(run.tracker_values).encode())
-        sequences.append(_sequence_data(sequence, chunk_sizes, has_shapes=bool(shapes)))
+        sequences.append(_sequence_data(sequence, chunk_lengths, has_shapes=bool(shapes)))
     player_data = {
         "trackers": [one_line(name) for name in page.trackers],
         "labels": list(page.trackers),
@@ -134,7 +140,7 @@ def _environment() -> Environment:
     for name, shades in (("light", LIGHT), ("dark", DARK)):
         environment.globals[name] = " ".join(f"--c{n}: {shade};" for n, shade in enumerate(shades))
     environment.globals |= {
-        "template_source": lambda name: Markup((_TEMPLATES / name).read_text("utf-8")),  # noqa: S704  # our file
+        "template_source": _source,
         "font_face": _font_face(),
         "long": _MIN_WRAPPED,
         "markers": MARKER_PATHS,
@@ -160,6 +166,17 @@ def _environment() -> Environment:
         "all_finite": lambda values: bool(np.isfinite(values).all()),
     }
     return environment
+
+
+def _source(name: str) -> Markup:
+    """Return a script or style sheet without comments and spaces that browsers do not need."""
+    source = (_TEMPLATES / name).read_text("utf-8")
+    if name.endswith(".css"):
+        source = re.sub(r"/\*.*?\*/", "", source)
+        source = re.sub(r"\s*([{};,])\s*|(?<=:)\s+", r"\1", source)
+    else:
+        source = re.sub(r"(?m)^ *(//|/\*\*).*\n|  //.*$", "", source)
+    return Markup(source)  # noqa: S704  # our file
 
 
 def _with_code(prose: str) -> Markup:
@@ -192,7 +209,7 @@ def write_chunk(page: Path, name: str, frames: Sequence[bytes]) -> Path:
 
     `name`: `full-SEQUENCE-CHUNK`, both indices. Raises `OSError` if the file cannot be written.
     """
-    content = f'trackmark("{name}","{b64encode(b"".join(frames)).decode()}")'
+    content = f'trackmark("{name}","{pack_frames(frames)}")'
     path = _folder(page) / f"{name}.js"
     return write_file(path, content)
 
@@ -218,7 +235,7 @@ def _rows(sequence: PlayerSequence) -> list[tuple[NDArray[np.float64], Shapes]]:
 
 
 def _sequence_data(
-    sequence: PlayerSequence, chunk_sizes: Mapping[str, Any], *, has_shapes: bool
+    sequence: PlayerSequence, chunk_lengths: Mapping[str, Sequence[int]], *, has_shapes: bool
 ) -> dict[str, Any]:
     """Return the data of a sequence for the player's script."""
     frame_numbers = sequence.frame_numbers
@@ -232,21 +249,25 @@ def _sequence_data(
         "reason": one_line(sequence.reason),
         "frame_numbers": None if frame_numbers is None else list(frame_numbers),
         "shapes": has_shapes,
-        "chunk_sizes": {kind: sizes for kind, sizes in chunk_sizes.items() if sizes},
+        "chunk_lengths": _nonempty(**chunk_lengths),
         "runs": [
-            {
-                "tracker": run.tracker,
-                "repetition": run.repetition,
-                "has_revised": run.revised is not None,
-                "failure": one_line(run.failure.partition("\n")[0]),
-                "is_ellipse": run.is_ellipse,
-                "maps": [*run.maps],
-                "numbers": bool(run.tracker_values),
-                "start": run.start,
-                "start_label": run.start_label,
-                "scored": run.scored,
-                "restarts": run.restarts,
-            }
+            {"tracker": run.tracker, "repetition": run.repetition}
+            | _nonempty(
+                has_revised=run.revised is not None,
+                failure=one_line(run.failure.partition("\n")[0]),
+                is_ellipse=run.is_ellipse,
+                maps=[*run.maps],
+                numbers=bool(run.tracker_values),
+                start=run.start,
+                start_label=run.start_label,
+                scored=run.scored,
+                restarts=run.restarts,
+            )
             for run in sequence.runs
         ],
     }
+
+
+def _nonempty(**values: Any) -> dict[str, Any]:
+    """Return the values that are not empty, zero or false: `DEFAULTS` in `sequence.js`."""
+    return {name: value for name, value in values.items() if value}

@@ -33,7 +33,7 @@ class SequenceFrames(NamedTuple):
     """Frames of a sequence, or the reason why there are none."""
 
     thumbnails: FrameChunks = ()
-    full: Sequence[Sequence[int]] = ()  # sizes of full-size frames [bytes]
+    full: Sequence[int] = ()  # numbers of full-size frames by chunk
     reason: str = ""
     shapes: Mapping[int, Mapping[str, Any]] = {}  # ground-truth masks, which may not be stored
 
@@ -74,7 +74,7 @@ def _encode_sequence(
     index, row, frames = request
     if not frames:
         return SequenceFrames()
-    sizes = []
+    full = []
     try:
         sequence = reopen_sequence(row)
         thumbnails = list(encode_images((sequence[frame] for frame in frames), height))
@@ -83,7 +83,7 @@ def _encode_sequence(
             images = (sequence[frame] for frame in frames)
             for chunk_index, encoded in enumerate(encode_images(images, quality=_FULL_QUALITY)):
                 write_chunk(f"full-{index}-{chunk_index}", encoded)
-                sizes.append([len(frame) for frame in encoded])
+                full.append(len(encoded))
     except datasets.SequenceError as error:
         return SequenceFrames(reason=f"No frames: {error}")
-    return SequenceFrames(thumbnails, sizes, shapes=shapes)
+    return SequenceFrames(thumbnails, full, shapes=shapes)

@@ -4,7 +4,7 @@ import io
 import zlib
 from base64 import b64encode
 from collections import deque
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
@@ -75,6 +75,12 @@ def _encode(picture: Image.Image, quality: int) -> bytes:
     stream = io.BytesIO()
     picture.save(stream, "WEBP", quality=quality, method=_EFFORT)
     return stream.getvalue()
+
+
+def pack_frames(frames: Sequence[bytes]) -> str:
+    """Encode a chunk of frames as text; before each frame is its size in four bytes."""
+    sized = b"".join(len(frame).to_bytes(4, "little") + frame for frame in frames)
+    return b64encode(sized).decode()
 
 
 def compress_picture(png: bytes) -> bytes:

@@ -110,11 +110,10 @@ function showTip(text, left, top) {
 
 /** Return the points of a path of absolute moves and relative lines. */
 function pointsOf(path) {
-  let x = 0, y = 0;
-  return path.match(/M?[-\d.]+,[-\d.]+/g).map((pair) => {
-    const [dx, dy] = pair.replace("M", "").split(",").map(Number);
-    [x, y] = pair[0] === "M" ? [dx, dy] : [x + dx, y + dy];
-    return [x, y];
+  return path.split("M").slice(1).flatMap((line) => {
+    const steps = line.match(/-?[\d.]+/g).map(Number), points = [];
+    for (let i = 0, x = 0, y = 0; i < steps.length; i += 2) points.push([x += steps[i], y += steps[i + 1]]);
+    return points;
   });
 }
 

@@ -24,14 +24,21 @@ async function bytesOf(name) {
 const inflated = async (name) =>
   new Response(new Blob([await bytesOf(name)]).stream().pipeThrough(new DecompressionStream("deflate")));
 
+/** Return the frames of a chunk; before each frame is its size in four bytes. */
+function framesIn(chunk) {
+  const view = new DataView(chunk), frames = [];
+  for (let start = 0, size = 0; start < chunk.byteLength; start += 4 + size) {
+    size = view.getUint32(start, true);
+    frames.push(new Uint8Array(chunk, start + 4, size));
+  }
+  return frames;
+}
+
 class FrameReader {
-  constructor(name, sizes, kept) {
+  constructor(name, counts, kept) {
     this.name = name;
     this.numbers = kept && new Map(kept.map((frame, number) => [frame, number]));
-    this.places = sizes.flatMap((chunk, number) => {
-      let end = 0;
-      return chunk.map((size) => ({ number, from: end, to: (end += size) }));
-    });
+    this.places = counts.flatMap((count, chunk) => Array.from({ length: count }, (_, index) => ({ chunk, index })));
     this.chunks = new Map();
     this.images = new Map();
   }
@@ -47,22 +54,24 @@ class FrameReader {
     return this.images.get(frame);
   }
   async read(frame) {
-    const { number, from, to } = this.places[this.numbers ? this.numbers.get(frame) : frame];
-    if (from === to) return null;
-    if (!this.chunks.has(number)) this.chunks.set(number, bytesOf(`${this.name}-${number}`));
-    const bytes = await this.chunks.get(number);
-    return createImageBitmap(new Blob([new Uint8Array(bytes, from, to - from)], { type: "image/webp" }));
+    const { chunk, index } = this.places[this.numbers ? this.numbers.get(frame) : frame];
+    if (!this.chunks.has(chunk)) this.chunks.set(chunk, bytesOf(`${this.name}-${chunk}`).then(framesIn));
+    const bytes = (await this.chunks.get(chunk))[index];
+    return bytes.length ? createImageBitmap(new Blob([bytes], { type: "image/webp" })) : null;
   }
 }
+
+// Values that the page omits from the data of a run.
+const DEFAULTS = { has_revised: false, failure: "", is_ellipse: false, maps: [], numbers: false, start: 0, start_label: "", scored: [], restarts: [] };
 
 class PlayerSequence {
   constructor(number) {
     this.number = number;
     Object.assign(this, data.sequences[number]);
     let rows = 1;  // row 0 is the ground truth
-    this.runs = this.runs.map((run, number) => ({ ...run, number, row: rows++, revised: run.has_revised ? rows++ : null }));
+    this.runs = this.runs.map((run, number) => ({ ...DEFAULTS, ...run, number, row: rows++, revised: run.has_revised ? rows++ : null }));
     this.scored = new Map(this.runs.filter((run) => run.scored.length).map((run) => [run.row, run.scored]));
-    this.readers = Object.fromEntries(Object.entries(this.chunk_sizes).map(([kind, sizes]) => [kind, new FrameReader(`${kind}-${number}`, sizes, /^(thumbnails|full)$/.test(kind) && this.frame_numbers)]));
+    this.readers = Object.fromEntries(Object.entries(this.chunk_lengths).map(([kind, counts]) => [kind, new FrameReader(`${kind}-${number}`, counts, /^(thumbnails|full)$/.test(kind) && this.frame_numbers)]));
     this.curves = new Map();
   }
   async open() {

@@ -2,6 +2,7 @@
 
 import json
 import re
+from base64 import b64decode
 from html.parser import HTMLParser
 from urllib.parse import urlencode
 
@@ -12,6 +13,11 @@ from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.pages.report import Commands, write_report_page
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs
+
+
+DEFAULTS = {"has_revised": False, "failure": "", "is_ellipse": False, "maps": [], "numbers": False}
+DEFAULTS |= {"start": 0, "start_label": "", "scored": [], "restarts": []}
+"""Values that the data of a page omit."""
 
 
 class Cells(HTMLParser):
@@ -63,6 +69,16 @@ def address_of(link, data):
     return "#" + urlencode(address | {key: text for key, text in more.items() if text})
 
 
+def frames_in(chunk):
+    """Return the frames of a chunk; before each frame is its size in four bytes."""
+    frames, rest = [], b64decode(chunk)
+    while rest:
+        end = 4 + int.from_bytes(rest[:4], "little")
+        frames.append(rest[4:end])
+        rest = rest[end:]
+    return frames
+
+
 def rows_of_sequences(text):
     """Return the rows of the folded tables of all sequences, each after the sequence's name."""
     tables = Cells(text).tables
@@ -75,7 +91,10 @@ def rows_of_sequences(text):
 
 def data_of(text):
     """Return the data of a page's scripts."""
-    return json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    data = json.loads(re.search(r'id="data">(.*?)</script>', text, re.S)[1])
+    for sequence in data["sequences"]:
+        sequence["runs"] = [DEFAULTS | run for run in sequence["runs"]]
+    return data
 
 
 def write_experiment_page(experiment, folder, report_tables=None, **options):
@@ -138,8 +157,7 @@ def curves_of(text, chart):
         r'data-k="(\d+)"[^>]* d="(.*?)"( data-positions="(.*?)")?/>', figure
     ):
         assert path.count("M") == 1
-        steps = [pair.split(",") for pair in re.findall(r"[-\d.]+,[-\d.]+", path)]
-        points = np.array(steps, float).cumsum(axis=0)
+        points = np.reshape(re.findall(r"-?[\d.]+", path), (-1, 2)).astype(float).cumsum(axis=0)
         x = low + (points[:, 0] - left) / (right - left) * (high - low)
         y = least + (bottom - points[:, 1]) / (bottom - top) * (most - least)
         curves[labels[int(number)]] = x, y, places.split()

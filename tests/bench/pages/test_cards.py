@@ -74,7 +74,7 @@ PARTS = [
             '<button aria-pressed="true" data-plot="plot-0">t</button>',
             '<div id="plot-1" class="plot"><figure class="chart" id="f" data-x="overlap"',
             '<figcaption>c</figcaption><svg viewBox="0 0 440 270"',
-            '<li class="at">At overlap 0.9:</li><li>* a <b data-k="0">25 %</b></li>',
+            '<li class="at">At overlap 0.9:</li><li>* a <b>25 %</b></li>',
         ],
     ),
     (
