@@ -203,7 +203,9 @@ def _trace(xs: Array, ys: Array) -> str:
     if not len(points):
         return ""
     steps = np.diff(points, axis=0, prepend=np.zeros((1, 2))).round(1) + 0.0  # no -0
-    start, lines = (" ".join(f"{step:g}" for step in part.ravel()) for part in (steps[:1], steps[1:]))
+    start, lines = (
+        " ".join(f"{step:g}" for step in part.ravel()) for part in (steps[:1], steps[1:])
+    )
     path = f"M{start}l{lines}".removesuffix("l")
     # Spaces before a sign and zeros before a point are not needed; paths are much of a page.
     return re.sub(r" (?=-)|(?<=[ l-])0(?=\.)", "", path)

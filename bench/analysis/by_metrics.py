@@ -6,7 +6,8 @@ tracker: by means over sequences or frames, or by a curve over lengths.
 
 import re
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from functools import cached_property
 from math import isfinite, nan
 from typing import Any, NamedTuple
 
@@ -15,12 +16,17 @@ from numpy.typing import NDArray
 
 from trackmark.bench.analysis.run_tables import (
     SUMMARY,
-    mean_table,
-    meaning_of_intervals,
     measure_of,
     tables,
 )
-from trackmark.bench.analysis.score_tables import counted, means_over, sequence_table, with_not_run
+from trackmark.bench.analysis.score_tables import (
+    counted,
+    mean_table,
+    meaning_of_intervals,
+    means_over,
+    sequence_table,
+    with_not_run,
+)
 from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.metrics import find_metrics
@@ -52,22 +58,11 @@ _MAX_NAMES = 3
 """Maximum number of sequences without scores that a note names."""
 
 
-@dataclass(frozen=True)
-class TableWithCurves:
-    """Scores of an experiment's runs by one protocol and by metrics other than `native`."""
-
-    metrics: str
-    title: str
-    table: Table
-    # by curve and tracker; of trackers with all runs
-    curves: Mapping[str, Mapping[str, NDArray[Any]]]
-
-
 class MetricTables(NamedTuple):
     """Tables of an experiment, and the curves of metrics other than `native`."""
 
     tables: list[Table]
-    with_curves: list[TableWithCurves]
+    with_curves: "list[MetricScores]"
 
 
 def metric_tables(runs: Runs, names: Sequence[str], title: str = "") -> MetricTables:
@@ -80,15 +75,13 @@ def metric_tables(runs: Runs, names: Sequence[str], title: str = "") -> MetricTa
     protocols = runs.protocols
     title = title or runs.title
     is_named = not set(protocols) <= {ONE_PASS}  # whether captions name the protocol
-    with_curves: list[TableWithCurves] = []
+    with_curves: list[MetricScores] = []
     for protocol in protocols:
         metrics = metrics_for(names, protocol)
         if protocol == ONE_PASS:
             metrics = [name for name in metrics if name != DEFAULT_METRICS]
         caption = _with_protocol(title, protocol, is_named)
-        with_curves += [
-            MetricScores(runs, name, protocol, caption).table_with_curves() for name in metrics
-        ]
+        with_curves += [MetricScores(runs, name, protocol, caption) for name in metrics]
     all_tables = [scores.table for scores in with_curves]
     if DEFAULT_METRICS in names:
         index = names.index(DEFAULT_METRICS) if ONE_PASS in protocols else 0
@@ -160,7 +153,7 @@ def _only_means(table: Table) -> Table:
 
 
 class MetricScores:
-    """Runs by one protocol with their scores by metrics; captions start with `title`."""
+    """Scores of the runs by one protocol and by metrics; captions start with `title`."""
 
     def __init__(self, runs: Runs, metrics: str, protocol: str, title: str = "") -> None:
         table = with_not_run(runs.table[runs.table["protocol"] == protocol]).reset_index(drop=True)
@@ -198,8 +191,21 @@ class MetricScores:
             if tracker in self._overall
         }
 
-    def table_with_curves(self) -> TableWithCurves:
-        """Return the table and the curves."""
+    @cached_property
+    def curves(self) -> Mapping[str, Mapping[str, NDArray[Any]]]:
+        """Curves of the trackers with all runs, by name of the curve and tracker."""
+        return {
+            curve: {
+                tracker: result.curves[curve]
+                for tracker, result in self._overall.items()
+                if curve in result.curves
+            }
+            for curve in self._definition.curves
+        }
+
+    @cached_property
+    def table(self) -> Table:
+        """Scores by sequence, after those over all sequences."""
         table = sequence_table(self._runs, self._measures, self.title, self.metrics)
         if len(self._runs["sequence"].unique()) > 1:
             table = self._with_means(table)
@@ -210,15 +216,7 @@ class MetricScores:
         if notes and not self._results:  # the table would have no scores
             caption = f"{self.title}; metrics {self.metrics}: nothing scored."
             table = replace(table, rows=[], caption=caption, notes=notes)
-        curves = {
-            curve: {
-                tracker: result.curves[curve]
-                for tracker, result in self._overall.items()
-                if curve in result.curves
-            }
-            for curve in self._definition.curves
-        }
-        return TableWithCurves(self.metrics, self.title, table, curves)
+        return table
 
     def _undefined_notes(self) -> list[str]:
         """Return why runs have no scores although the metrics can score them."""

@@ -2,23 +2,18 @@
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
-from typing import Any, TypeAlias
+from typing import Any
 
 import pandas as pd
 
 from trackmark.bench.analysis.comparison import Comparison, compare_trackers
 from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.run_tables import (
-    SUMMARY,
-    mean_table,
-    not_repeatable,
-    summary_means,
-)
-from trackmark.bench.analysis.score_tables import failed_runs
+from trackmark.bench.analysis.run_tables import SUMMARY, not_repeatable, summary_of
+from trackmark.bench.analysis.score_tables import failed_runs, mean_table, means_by_tracker
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -28,6 +23,7 @@ from trackmark.bench.analysis.times import (
     time_notes,
     time_text,
     with_fps,
+    with_times,
 )
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
@@ -46,9 +42,8 @@ _BAR = 10
 
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
-
-MeansByTracker: TypeAlias = dict[str, dict[str, Mapping[Any, Any]]]
-"""Data rows of a table by tracker and measure."""
+_SHOWN = ["mean_overlap", "success_rate", "centre_error", TIME.name]
+"""Measures of the short table."""
 
 
 @dataclass(frozen=True)
@@ -76,79 +71,68 @@ def summarise(runs: Runs) -> RunSummary | None:
     scored = runs.scored(DEFAULT_METRICS, ONE_PASS)
     if scored.empty:
         return None
-    means, measured = summary_means(scored, runs.timed)
-    by_tracker = means_by_tracker(means.data.reset_index())
-    notes = [note for note in means.notes if " runs failed (" not in note]
-    answered, comparison = answer_on(scored, runs.timed, by_tracker)
+    means = summary_of(scored, runs.timed, "", with_intervals=False)
+    sentence, comparison = answer_on(scored, runs.timed, means)
     standings = () if comparison is None else comparison.standings
     intervals = {entry.tracker: entry.interval for entry in standings if entry.interval}
+    _, measured = with_times(scored, runs.timed)
     return RunSummary(
-        answered,
+        sentence,
         failure_lines(scored, runs.folder),
-        _table(by_tracker, intervals, time_marks(measured), notes),
+        _table(means, intervals, time_marks(measured)),
         [*not_repeatable(runs.table).values()],
     )
 
 
 def answer_on(
-    scored: pd.DataFrame, timed: pd.DataFrame, means: MeansByTracker, **details: Any
+    scored: pd.DataFrame, timed: pd.DataFrame, means: Table, **details: Any
 ) -> tuple[Answer, Comparison | None]:
     """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
 
-    `scored` are the one-pass runs, `means` the rows of their table of means, and `details` further
-    arguments of `compare_trackers`.
+    `scored` are the one-pass runs, `means` their table of means, and `details` further arguments of
+    `compare_trackers`.
     """
-    ranked = [name for name, entry in means.items() if isfinite(entry["mean_overlap"]["mean"])]
+    overlaps = means_by_tracker(means, "mean_overlap")
     left_out = failed_runs(scored).left_out
-    if ranked:
-        labels = [*ranked, *left_out]
+    if overlaps["mean"].notna().any():
+        labels = [*overlaps.index[overlaps["mean"].notna()], *left_out]
         comparison = compare_trackers(scored, timed, SUMMARY[0], labels, **details)
         return answer_of(comparison), comparison
-    if any(not entry["mean_overlap"]["lacking"] for entry in means.values()):
+    if (overlaps["lacking"] == "").any():
         return Answer("There is no answer: no sequence has a target after its first frame."), None
-    if len(left_out) < len(means):
+    if len(left_out) < len(overlaps):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     return Answer("There is no answer: all runs failed."), None
 
 
-def means_by_tracker(means_table: pd.DataFrame) -> MeansByTracker:
-    """Return the data rows of a table of means by tracker and measure."""
-    means: MeansByTracker = {}
-    for entry in means_table.to_dict("records"):
-        means.setdefault(str(entry["tracker"]), {})[str(entry["measure"])] = entry
-    return means
+def ranked_trackers(means: Table) -> list[str]:
+    """Return the trackers by mean overlap, the best first; those without a mean come last."""
+    overlaps = means_by_tracker(means, "mean_overlap")["mean"]
+    return [*overlaps.sort_values(ascending=False, kind="stable").index]
 
 
 def _table(
-    means: MeansByTracker,
-    intervals: Mapping[str, tuple[float, float]],
-    marks: Mapping[str, str],
-    notes: Sequence[str],
+    means: Table, intervals: Mapping[str, tuple[float, float]], marks: Mapping[str, str]
 ) -> Table:
     """Return the short table; a narrow terminal shows no bar, a narrower one no centre error.
 
     `intervals` are those of the mean overlaps by tracker, `marks` those of the times.
     """
-    rows = []
-
-    def order(name: str) -> float:
-        mean = means[name]["mean_overlap"]["mean"]
-        return -mean if isfinite(mean) else inf
-
-    for name in sorted(means, key=order)[:MAX_ROWS]:
-        statistics = means[name]["mean_overlap"]
-        values = {measure: value["mean"] for measure, value in means[name].items()}
-        mean = statistics["mean"]
-        missing = f" ({statistics['lacking']})" if statistics["lacking"] else ""
+    rows, trackers = [], ranked_trackers(means)
+    lacking = means_by_tracker(means, "mean_overlap")["lacking"]
+    values = means.data.pivot_table("mean", "tracker", "measure", dropna=False)
+    for name in trackers[:MAX_ROWS]:
+        mean, success, error, time = map(float, values.loc[name, _SHOWN])
+        missing = f" ({lacking[name]})" if lacking[name] else ""
         cells = [
             name,
             f"{_value_text(mean, '.2f')}{missing}",
             f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
             "[{:.2f}, {:.2f}]".format(*intervals[name]) if name in intervals else MISSING,
-            _value_text(100 * values["success_rate"], ".0f", " %"),
-            _value_text(values["centre_error"], ".1f", " px"),
-            time_text(values[TIME.name], marks.get(name, "")),
-            fps_text(values[TIME.name]),
+            _value_text(100 * success, ".0f", " %"),
+            _value_text(error, ".1f", " px"),
+            time_text(time, marks.get(name, "")),
+            fps_text(time),
         ]
         rows.append([Cell(text) for text in cells])
     headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
@@ -158,9 +142,10 @@ def _table(
         del headings[3], ranks[2]
         for row in rows:
             del row[3]
-    n_hidden = len(means) - len(rows)
-    more = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
-    return Table("short", "", headings, 1, rows, [*more, *notes], ranks=ranks)
+    n_hidden = len(trackers) - len(rows)
+    notes = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
+    notes += [note for note in means.notes if " runs failed (" not in note]
+    return Table("short", "", headings, 1, rows, notes, ranks=ranks)
 
 
 def summarise_times(runs: Runs) -> list[str]:

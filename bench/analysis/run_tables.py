@@ -6,16 +6,9 @@ from math import inf
 
 import numpy as np
 import pandas as pd
-from numpy.typing import NDArray
 
 from trackmark.bench.analysis import MARGINS
-from trackmark.bench.analysis.score_tables import (
-    MeanScores,
-    Uncertainty,
-    mean_scores,
-    sequence_table,
-    summary_table,
-)
+from trackmark.bench.analysis.score_tables import mean_table, sequence_table
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -27,8 +20,7 @@ from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import Metric, heading
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.statistics.rules import MARGIN, MIN_UNITS, interval_or_none, star_marks
-from trackmark.bench.statistics.units import StatisticalUnits, units_of
+from trackmark.bench.statistics.rules import MARGIN
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure, Table
 
@@ -174,30 +166,17 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     return result
 
 
-def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
+def summary_of(
+    scored: pd.DataFrame, timed: pd.DataFrame, title: str, *, with_intervals: bool = True
+) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
-    runs, measures, measured, notes = _summary_input(scored, timed)
-    table = with_fps(mean_table(runs, measures, title, DEFAULT_METRICS), measured)
-    return replace(table, notes=[*table.notes, *notes])
-
-
-def summary_means(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[MeanScores, pd.DataFrame]:
-    """Return means and notes of `summary_of`, and the runs that have its times."""
-    runs, measures, measured, notes = _summary_input(scored, timed)
-    runs, _ = _with_units(runs)
-    data, failures = mean_scores(runs, measures)
-    return MeanScores(data, [*failures, *notes]), measured
-
-
-def _summary_input(
-    scored: pd.DataFrame, timed: pd.DataFrame
-) -> tuple[pd.DataFrame, tuple[ScoreMeasure, ...], pd.DataFrame, list[str]]:
-    """Return runs and measures of a summary, the runs that have its times, and notes."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
     measures = (*SUMMARY, *_mask_columns(scored), TIME)
-    notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
-    return runs, measures, measured, notes
+    means = mean_table(runs, measures, title, DEFAULT_METRICS, with_intervals=with_intervals)
+    table = with_fps(means, measured)
+    further_notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
+    return replace(table, notes=[*table.notes, *further_notes])
 
 
 def without_undefined(runs: pd.DataFrame, score: str) -> tuple[pd.DataFrame, list[str]]:
@@ -227,69 +206,6 @@ def undefined_notes(sequences: Sequence[str], measure: ScoreMeasure) -> list[str
 
 def _mask_columns(scored: pd.DataFrame) -> tuple[ScoreMeasure, ...]:
     return MASKS if _segmenting(scored) else ()
-
-
-def mean_table(
-    scored: pd.DataFrame,
-    measures: Sequence[ScoreMeasure],
-    title: str,
-    metrics: str,
-    *,
-    skip_undefined: bool = False,
-) -> Table:
-    """Make a table of means over units with their intervals and marks; see `summary_table`."""
-    runs, units = _with_units(scored)
-    how = uncertainty_of, meaning_of_intervals(units)
-    return summary_table(runs, measures, title, metrics, *how, skip_undefined=skip_undefined)
-
-
-def _with_units(scored: pd.DataFrame) -> tuple[pd.DataFrame, StatisticalUnits]:
-    """Return the runs with the column `unit`, and the units of their sequences."""
-    sequences = [str(name) for name in scored["sequence"].unique()]
-    units = units_of(sequences)
-    unit_of = {
-        sequences[i]: label
-        for label, members in zip(units.labels, units.members, strict=True)
-        for i in members
-    }
-    return scored.assign(unit=scored["sequence"].astype(str).map(unit_of)), units
-
-
-def meaning_of_intervals(units: StatisticalUnits) -> str:
-    """Return the part of a caption that explains intervals and marks."""
-    if len(units) < MIN_UNITS:
-        plural = units.plural if len(units) != 1 else units.unit_kind
-        return (
-            f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
-            "± standard deviation over repetitions."
-        )
-    return (
-        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: no other tracker is "
-        "better, by the interval of the difference, corrected for all pairs."
-    )
-
-
-def uncertainty_of(values: NDArray[np.float64], measure: ScoreMeasure) -> Uncertainty:
-    """Return the interval and the mark of each tracker's mean.
-
-    `values`: shape (trackers, units). A tracker with an infinite value has neither.
-    """
-    if measure.direction is None:
-        return Uncertainty([None] * len(values), [False] * len(values))
-    finite = np.asarray(np.isfinite(values).all(axis=1))
-    intervals = [
-        interval_or_none(row, 1, measure.minimum, measure.maximum) if is_finite else None
-        for row, is_finite in zip(values, finite.tolist(), strict=True)
-    ]
-    marks = np.zeros(len(values), bool)
-    if finite.any():
-        marks[finite] = star_marks(
-            values[finite],
-            measure.margin,
-            higher=measure.direction == "higher",
-            limit=measure.maximum - measure.minimum,
-        )
-    return Uncertainty(intervals, marks.tolist())
 
 
 def _segmenting(scored: pd.DataFrame) -> set[str]:

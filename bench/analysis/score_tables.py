@@ -6,15 +6,17 @@ runs. A failed run has the worst score.
 """
 
 import re
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from functools import partial
 from itertools import cycle
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
+from trackmark.bench.statistics.units import StatisticalUnits, units_of
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
 
 NOT_RUN = "not run"
@@ -37,60 +39,31 @@ def with_not_run(runs: pd.DataFrame) -> pd.DataFrame:
     return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs
 
 
-class Uncertainty(NamedTuple):
-    """Intervals and marks of the means of a column, one per tracker."""
-
-    intervals: Sequence[tuple[float, float] | None]
-    marks: Sequence[bool]
-
-
-Uncertainties: TypeAlias = Callable[[NDArray[np.float64], ScoreMeasure], Uncertainty]
-"""Function `(values, measure) -> Uncertainty`, with values of shape (trackers, units)."""
-
-
-def summary_table(
+def mean_table(
     runs: pd.DataFrame,
     measures: Sequence[ScoreMeasure],
     title: str,
     metrics: str,
-    uncertainties: Uncertainties | None = None,
-    meaning: str = "± standard deviation over repetitions.",
     *,
     skip_undefined: bool = False,
+    with_intervals: bool = True,
 ) -> Table:
-    """Make a table of trackers by measures, averaged over units.
+    """Make a table of trackers by measures, averaged over units, with intervals and marks.
 
     `runs`: one row per run with `tracker`, `sequence`, `repetition`, `status`, `failure` and one
-    column per measure. Optional is `unit`, the unit of the average; by default the sequence. A
-    `status` of `missing` or `stale` makes a mean missing. Failed runs count if they have a score.
-    `title`: start of the caption. `uncertainties`: returns intervals and marks, which `meaning`
-    explains. `skip_undefined`: average over the runs that have a score; by default the mean is
-    missing if one is missing.
+    column per measure. A `status` of `missing` or `stale` makes a mean missing. Failed runs count
+    if they have a score. `title`: start of the caption. `skip_undefined`: average over the runs
+    that have a score; by default the mean is missing if one is missing.
     """
-    means = mean_scores(runs, measures, uncertainties, skip_undefined=skip_undefined)
-    sequences = [*map(str, runs["sequence"].unique())]
-    n_units = runs["unit" if "unit" in runs else "sequence"].nunique()
-    caption = f"{title}: {means_over(sequences, n_units)}; metrics {metrics}. {meaning}"
-    return _table("summary", caption, means.data, means.notes, measures, metrics)
-
-
-class MeanScores(NamedTuple):
-    """Means over units: the content of a summary table."""
-
-    data: pd.DataFrame  # a row per tracker and measure; see `_values`
-    notes: list[str]  # on failed and missing runs; see `notes_of`
-
-
-def mean_scores(
-    runs: pd.DataFrame,
-    measures: Sequence[ScoreMeasure],
-    uncertainties: Uncertainties | None = None,
-    *,
-    skip_undefined: bool = False,
-) -> MeanScores:
-    """Return the means of a summary table without its texts; parameters as for `summary_table`."""
     runs = with_not_run(runs)
-    runs = runs.assign(unit=runs["unit" if "unit" in runs else "sequence"])
+    sequences = [str(name) for name in runs["sequence"].unique()]
+    units = units_of(sequences)
+    unit_of = {
+        sequences[index]: label
+        for label, members in zip(units.labels, units.members, strict=True)
+        for index in members
+    }
+    runs = runs.assign(unit=runs["sequence"].astype(str).map(unit_of))
     mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
     by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
     by_unit = mean_by(["tracker", "unit"], by_sequence)
@@ -101,9 +74,13 @@ def mean_scores(
     sizes = runs.groupby(["tracker", "sequence"], sort=False).size().groupby("tracker", sort=False)
     spread = spread.where(sizes.min() == sizes.max())
     values = _values(runs, mean, spread, mean * np.nan, measures)
-    if uncertainties is not None:
-        values = _with_uncertainty(values, by_unit, measures, uncertainties)
-    return MeanScores(values, notes_of(runs, measures[0].name))
+    if with_intervals:
+        values = _with_intervals(values, by_unit, measures)
+    meaning = (
+        f"{means_over(sequences, len(units))}; metrics {metrics}. {meaning_of_intervals(units)}"
+    )
+    notes = notes_of(runs, measures[0].name)
+    return _table("summary", f"{title}: {meaning}", values, notes, measures, metrics)
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -113,10 +90,29 @@ def means_over(sequences: Sequence[str], n_units: int) -> str:
     return f"means over {names}, each counting once"
 
 
+def meaning_of_intervals(units: StatisticalUnits) -> str:
+    """Return the part of a caption that explains intervals and marks."""
+    if len(units) < MIN_UNITS:
+        plural = units.plural if len(units) != 1 else units.unit_kind
+        return (
+            f"{len(units)} {plural}: too few for intervals and marks ({MIN_UNITS} needed). "
+            "± standard deviation over repetitions."
+        )
+    return (
+        f"[from, to]: 95 % interval of the mean {units.scope}. * or bold: no other tracker is "
+        "better, by the interval of the difference, corrected for all pairs."
+    )
+
+
+def means_by_tracker(summary: Table, measure: str) -> pd.DataFrame:
+    """Return the data of a `mean_table` on a measure, with a row per tracker."""
+    return summary.data[summary.data["measure"] == measure].set_index("tracker")
+
+
 def sequence_table(
     runs: pd.DataFrame, measures: Sequence[ScoreMeasure], title: str, metrics: str
 ) -> Table:
-    """Make a table of trackers by measures on every sequence; parameters as for `summary_table`.
+    """Make a table of trackers by measures on every sequence; parameters as for `mean_table`.
 
     There are no marks: one sequence is one unit.
     """
@@ -217,18 +213,15 @@ def _values(
     return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
 
 
-def _with_uncertainty(
-    values: pd.DataFrame,
-    by_unit: pd.DataFrame,
-    measures: Sequence[ScoreMeasure],
-    uncertainties: Uncertainties,
+def _with_intervals(
+    values: pd.DataFrame, by_unit: pd.DataFrame, measures: Sequence[ScoreMeasure]
 ) -> pd.DataFrame:
     """Return the values with intervals and marks; missing means stay missing.
 
     `by_unit`: means by tracker and unit.
     """
     means = values["mean"].to_numpy().reshape(-1, len(measures))
-    low, high = np.full((2, *means.shape), np.nan)
+    intervals = np.full((*means.shape, 2), np.nan)
     marked = np.zeros(means.shape, bool)
     every = pd.MultiIndex.from_product([by_unit.index.unique(level) for level in (0, 1)])
     for column, measure in enumerate(measures):
@@ -238,10 +231,30 @@ def _with_uncertainty(
         table = by_unit[measure.name].reindex(every).to_numpy(np.float64)
         table = table.reshape(len(means), -1)[present]
         defined = ~np.isnan(table).all(axis=0)
-        intervals, marked[present, column] = uncertainties(table[:, defined], measure)
-        ends = [interval or (np.nan, np.nan) for interval in intervals]
-        low[present, column], high[present, column] = np.transpose(ends)
-    return values.assign(low=low.ravel(), high=high.ravel(), marked=marked.ravel())
+        intervals[present, column], marked[present, column] = intervals_and_marks(
+            table[:, defined], measure
+        )
+    low, high = intervals.reshape(-1, 2).T
+    return values.assign(low=low, high=high, marked=marked.ravel())
+
+
+def intervals_and_marks(
+    values: NDArray[np.float64], measure: ScoreMeasure
+) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
+    """Return interval (trackers, 2) and mark (trackers,) of each mean over units.
+
+    `values`: shape (trackers, units). A tracker with an infinite value has neither.
+    """
+    intervals, marks = np.full((len(values), 2), np.nan), np.zeros(len(values), bool)
+    finite = np.flatnonzero(np.isfinite(values).all(axis=1))
+    if measure.direction is None or not len(finite):
+        return intervals, marks
+    for tracker in finite:
+        interval = interval_or_none(values[tracker], 1, measure.minimum, measure.maximum)
+        intervals[tracker] = interval or np.nan
+    higher, limit = measure.direction == "higher", measure.maximum - measure.minimum
+    marks[finite] = star_marks(values[finite], measure.margin, higher=higher, limit=limit)
+    return intervals, marks
 
 
 def _cell_text(value: Any, measure: ScoreMeasure) -> str:

@@ -20,13 +20,8 @@ from trackmark.bench.analysis.comparison_tables import (
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.families import Families, read_families
-from trackmark.bench.analysis.run_tables import (
-    mean_table,
-    measures_of,
-    undefined_notes,
-    without_undefined,
-)
-from trackmark.bench.analysis.score_tables import sequence_table
+from trackmark.bench.analysis.run_tables import measures_of, undefined_notes, without_undefined
+from trackmark.bench.analysis.score_tables import mean_table, sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment

@@ -51,8 +51,8 @@ def command(options: DemoOptions) -> int:
     from trackmark.bench.analysis.run_summary import summarise
     from trackmark.bench.analysis.run_tables import tables
     from trackmark.bench.commands._table_files import write_tables
-    from trackmark.bench.pages.report import Commands, write_report_page
-    from trackmark.bench.pages.report_figures import FigureFiles
+    from trackmark.bench.pages.report import ReportPage
+    from trackmark.bench.pages.report_figures import write_figures
 
     experiment = read_experiment("demo")
     results = options.output / "results" / experiment.name
@@ -67,13 +67,13 @@ def command(options: DemoOptions) -> int:
     folder = options.output / "demo"
     report_tables = tables(runs)
     write_tables(folder, report_tables)
-    figures = FigureFiles(".png", print_message)
-    page = folder / "report.html"
+    path = folder / "report.html"
     with progress_bar("Drawing the report", None, "frame") as progress:
-        names = Commands(str(results))
-        write_report_page(runs, page, report_tables, runs.title, names, progress, figures=figures)
+        page = ReportPage(runs, report_tables)
+        page.write(path, runs.title, progress)
+        write_figures(page, folder, runs.title, ".png", print_message)
     program = os.path.relpath(sys.argv[0])
-    click.echo(f"\nReport  {page}  (open it in a browser; tables and plots are in the same folder)")
+    click.echo(f"\nReport  {path}  (open it in a browser; tables and plots are in the same folder)")
     print_hint(
         "Next    try your own tracker or video, as README.md shows:\n"
         f"        {program} run --trackers matcher.py,camshift --sequences 'samples/*'\n"

@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
     from trackmark.bench.analysis.by_attribute import AttributeReport
     from trackmark.bench.analysis.published_sets import PublishedSet
-    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.pages.report import ReportPage
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
@@ -150,7 +150,7 @@ def _report(
     """Print and write the report on an experiment; captions name its folder if it is not alone."""
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
-    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.pages.report import ReportPage
 
     metrics, folder = options.metrics, options.output
     title = runs.title
@@ -163,7 +163,6 @@ def _report(
     arguments = [text for path in options.results_of for text in ("--results-of", path)]
     arguments += [] if options.published is None else ["--published", options.published]
     arguments += [] if options.sequences is None else ["--sequences", options.sequences]
-    commands = Commands("" if runs.folder is None else str(runs.folder), arguments)
     if options.as_json or options.form in TEXTS:
         if options.form == "markdown":
             _print_answer(runs, options)
@@ -172,21 +171,18 @@ def _report(
         _print_summary(runs, tables, options, title if with_folder_name else "")
     print_corner_hints(runs)
     target, files = runs.folder or Path("report"), list[Path]()
-    figures = None
+    figures: dict[str, Any] = {}
     if folder is not None:
-        # Imports of Matplotlib and SciPy's statistics take longer than a report on the terminal.
-        from trackmark.bench.pages.report_figures import FigureFiles
-
         target = folder / target.name if with_folder_name else folder
         files += write_tables(target, tables)
         suffix = f".{options.form}" if options.form in FIGURES else ".png"
-        figures = FigureFiles(suffix, print_message, with_curves, curves, annotated)
+        figures = {"suffix": suffix, "on_message": print_message, "with_curves": with_curves}
+        figures |= {"by_attribute": curves, "annotated": annotated}
     if options.has_page:
         page = target / "report.html"
-        options_of_page = {"with_full_frames": options.with_full_frames, "figures": figures}
-        files += _write_page(
-            runs, page, tables, title, commands, published=published, **options_of_page
-        )
+        with report_slow_work("Scoring runs"):
+            content = ReportPage(runs, tables, arguments, published)
+        files += _write_page(content, page, title, options, figures)
         if options.opens_page and not webbrowser.open(page.absolute().as_uri()):
             print_message(f"No browser was found. Open {page} yourself.")
     for line in list_written_files(files):
@@ -260,20 +256,21 @@ def _print(tables: "list[Table]", options: ReportOptions) -> None:
 
 
 def _write_page(
-    runs: "Runs",
-    path: Path,
-    tables: "list[Table]",
-    title: str,
-    commands: "Commands",
-    **page_options: Any,
+    page: "ReportPage", path: Path, title: str, options: ReportOptions, figures: dict[str, Any]
 ) -> list[Path]:
-    """Write the page and return its files; for `page_options`, see `write_report_page`."""
-    from trackmark.bench.pages.report import write_report_page
+    """Write the page and return its files; `figures`: arguments of `write_figures`, if any."""
     from trackmark.bench.store.keys import ResultsError
 
+    full_frames = options.with_full_frames
     try:
         with progress_bar("Drawing the report", None, "frame") as progress:
-            return write_report_page(runs, path, tables, title, commands, progress, **page_options)
+            files = page.write(path, title, progress, with_full_frames=full_frames)
+            if figures:
+                # Imports of Matplotlib and SciPy's statistics take long.
+                from trackmark.bench.pages.report_figures import write_figures
+
+                files += write_figures(page, path.parent, title, **figures)
+            return files
     except OSError as error:
         raise ResultsError(
             f"{error.filename}: {error.strerror}. Choose another folder with --output, or write no "

@@ -3,7 +3,7 @@
 import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from math import ceil, inf, isfinite
+from math import ceil
 from operator import itemgetter
 from typing import Any
 
@@ -11,18 +11,20 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from trackmark.bench.analysis.comparison import Comparison, Pair
-from trackmark.bench.analysis.run_summary import means_by_tracker
+from trackmark.bench.analysis.comparison import Comparison, Pair, means_of_subset, subsets_of
+from trackmark.bench.analysis.run_summary import ranked_trackers
+from trackmark.bench.analysis.score_tables import means_by_tracker
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
-from trackmark.bench.pages.content import PageTable, PlayerSequence, player_link
+from trackmark.bench.pages.content import PageTable, PlayerRun, PlayerSequence, player_link
 from trackmark.bench.pages.page import card
 from trackmark.bench.pages.player_frames import thumbnail
-from trackmark.bench.pages.player_runs import PageRun, PageRuns, SequenceRuns
-from trackmark.bench.statistics.rules import MIN_UNITS
+from trackmark.bench.pages.player_runs import PageRuns
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
+from trackmark.bench.statistics.units import units_of
 from trackmark.reports.charts import Chart
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import CROWDED, TOP
-from trackmark.reports.tables import Table
+from trackmark.reports.tables import MISSING, Table, text_table
 
 N_SHOWN_SEQUENCES = 12
 """Maximum number of rows of the overlap matrix that are shown at first."""
@@ -49,26 +51,25 @@ def leaderboard(
     Scores and times come from `summary`, the table of means. `notes` gives the text for trackers
     with failed runs. For `time_marks` and `time_notes`, see `bench.analysis.times`.
     """
-    rows: list[dict[str, Any]] = []
-    for tracker, measures in means_by_tracker(summary.data).items():
-        success, error, time = (
-            measures.get(name, {}).get("mean", np.nan)
-            for name in ("success_rate", "centre_error", TIME.name)
-        )
-        rows.append(
-            {
-                "tracker": runs.trackers.index(tracker),
-                "label": tracker,
-                "overlap": measures["mean_overlap"],
-                "success": success,
-                "error": error,
-                "time": time_text(time, time_marks.get(tracker, "")),
-                "fps": fps_text(time),
-                "position": runs.worst_position(tracker, None, "overlap"),
-                "note": notes.get(tracker, "").partition(" (")[0],
-            }
-        )
-    rows.sort(key=lambda row: int(row["tracker"]))
+    success, error, times = (
+        means_by_tracker(summary, name)["mean"]
+        for name in ("success_rate", "centre_error", TIME.name)
+    )
+    overlaps = means_by_tracker(summary, "mean_overlap").to_dict("index")
+    rows = [
+        {
+            "tracker": runs.trackers.index(name),
+            "label": name,
+            "overlap": overlaps[name],
+            "success": success[name],
+            "error": error[name],
+            "time": time_text(times[name], time_marks.get(name, "")),
+            "fps": fps_text(times[name]),
+            "position": runs.worst_position(name, None, "overlap"),
+            "note": notes.get(name, "").partition(" (")[0],
+        }
+        for name in ranked_trackers(summary)
+    ]
     return card(
         "leaderboard",
         rows=rows,
@@ -76,17 +77,6 @@ def leaderboard(
         n_sequences=len(runs.sequences),
         notes=time_notes,
     )
-
-
-def ranked_trackers(summary: Table) -> list[str]:
-    """Return the trackers by mean overlap, the best first: their order in the whole page."""
-    means = means_by_tracker(summary.data)
-
-    def order(name: str) -> float:
-        mean = float(means[name]["mean_overlap"]["mean"])
-        return -mean if isfinite(mean) else inf
-
-    return sorted(means, key=order)
 
 
 def poster(sequence: PlayerSequence) -> bytes:
@@ -98,61 +88,57 @@ def poster(sequence: PlayerSequence) -> bytes:
 
 
 def _frame_image(
-    sequence: PlayerSequence, frame: int, page_runs: Sequence[PageRun], labels: Sequence[str]
+    sequence: PlayerSequence, frame: int, shown: Sequence[PlayerRun], labels: Sequence[str]
 ) -> Markup:
     """Return a frame with the ground-truth box and the boxes of runs."""
     images = sequence.images
-    names = ", ".join(one_line(labels[run.tracker]) for run in page_runs)
+    names = ", ".join(one_line(labels[run.tracker]) for run in shown)
     return card(
         "frame_image",
         image=images[frame] if frame < len(images) else b"",
         size=sequence.size,
         truth=sequence.boxes[frame],
-        boxes=[(run.tracker, run.tracker, run.player_run.boxes[frame]) for run in page_runs],
+        boxes=[(run.tracker, run.tracker, run.boxes[frame]) for run in shown],
         description=f"{one_line(sequence.name)}, frame {frame}: ground-truth box and boxes of "
         + names,
     )
 
 
-def _worst_page_runs(sequence_runs: SequenceRuns, n_trackers: int) -> list[PageRun]:
+def _worst_runs(sequence: PlayerSequence, n_trackers: int) -> list[PlayerRun]:
     """Return the worst finished run of each tracker that a crowded picture shows."""
-    worst: dict[int, PageRun] = {}
-    for run in sorted(sequence_runs.one_pass, key=lambda run: -run.severity):
+    worst: dict[int, PlayerRun] = {}
+    for run in sorted(sequence.one_pass, key=lambda run: -run.severity):
         if not run.failure and (n_trackers <= CROWDED or run.tracker < TOP):
             worst.setdefault(run.tracker, run)
     return [worst[tracker] for tracker in sorted(worst)]
 
 
-def worst_frames(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> Markup | None:
+def worst_frames(runs: PageRuns) -> Markup | None:
     """Return the worst frames of the sequences with the lowest overlaps; None without frames.
 
     Of each sequence, the candidate is the worst frame of a tracker in which the mean overlap of
     all trackers is lowest.
     """
     candidates = []
-    for index, (sequence_runs, sequence) in enumerate(zip(runs.sequences, sequences, strict=True)):
-        page_runs = _worst_page_runs(sequence_runs, len(runs.trackers))
-        means = pd.DataFrame([run.overlaps for run in page_runs]).mean()
+    for index, sequence in enumerate(runs.sequences):
+        shown = _worst_runs(sequence, len(runs.trackers))
+        means = pd.DataFrame([run.overlaps for run in shown]).mean()
         if sequence.thumbnails and means.notna().any():
-            worst = min(page_runs, key=lambda run: means[run.worst_frame])
+            worst = min(shown, key=lambda run: means[run.worst_frame])
             severity = means[worst.worst_frame], means.mean(), index
-            candidates.append((severity, index, page_runs, worst))
+            candidates.append((severity, index, shown, worst))
     excerpts = []
-    for _, index, page_runs, worst in sorted(candidates, key=itemgetter(0))[:_MAX_FRAMES]:
-        sequence, frame = sequences[index], worst.worst_frame
+    for _, index, shown, worst in sorted(candidates, key=itemgetter(0))[:_MAX_FRAMES]:
+        sequence, frame = runs.sequences[index], worst.worst_frame
         excerpts.append(
             {
-                "sequence": runs.sequences[index].name,
+                "sequence": sequence.name,
                 "first": max(sequence.first, frame - _REACH),
                 "last": min(sequence.n_frames - 1, frame + _REACH),
-                "frame": _frame_image(sequence, frame, page_runs, runs.labels),
+                "frame": _frame_image(sequence, frame, shown, runs.labels),
                 "overlaps": [
-                    (
-                        run.tracker,
-                        runs.labels[run.tracker],
-                        float(run.overlaps[frame]),
-                    )
-                    for run in page_runs
+                    (run.tracker, runs.labels[run.tracker], float(run.overlaps[frame]))
+                    for run in shown
                 ],
                 "position": worst.position(index, frame),
             }
@@ -183,7 +169,6 @@ def overlap_matrix(
     means: pd.DataFrame,
     mean_of: Mapping[str, float],
     runs: PageRuns,
-    sequences: Sequence[PlayerSequence],
     note: str = "",
 ) -> Markup:
     """Return the matrix of mean overlaps: sequences by trackers, and further columns.
@@ -191,7 +176,7 @@ def overlap_matrix(
     If there are more than `N_SHOWN_SEQUENCES`, the sequences with the lowest overlap come first.
     `mean_of`: means over all sequences by column.
     """
-    posters = {sequence.name: poster(sequence) for sequence in sequences}
+    posters = {sequence.name: poster(sequence) for sequence in runs.sequences}
     names = [str(name) for name in means]
     trackers = {name: index for index, name in enumerate(runs.trackers)}
     if len(means) > N_SHOWN_SEQUENCES:
@@ -286,20 +271,20 @@ def _pair_row(
     }
 
 
-def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str, Markup] | None:
+def lost_runs(runs: PageRuns) -> tuple[str, Markup] | None:
     """Return the title and the card of the runs that failed or lost the target, if any."""
     selected = [
         (run.severity, index, run)
-        for index, sequence_runs in enumerate(runs.sequences)
-        for run in sequence_runs.one_pass
-        if run.failure or -run.worst["loss", "online"][0] < len(sequence_runs.truth)
+        for index, sequence in enumerate(runs.sequences)
+        for run in sequence.one_pass
+        if run.failure or -run.worst["loss", "online"][0] < sequence.n_frames
     ]
     if not selected:
         return None
     n_failed = sum(bool(run.failure) for *_, run in selected)
     counts = {"failed": n_failed, "lost the target": len(selected) - n_failed}
     counted = " and ".join(f"{n} {verb}" for verb, n in counts.items() if n)
-    worst = dict[tuple[int, int], PageRun]()  # by tracker and sequence
+    worst = dict[tuple[int, int], PlayerRun]()  # by tracker and sequence
     for _, index, run in sorted(selected, key=itemgetter(0), reverse=True):
         worst.setdefault((run.tracker, index), run)
     n_before, ordered = Counter[str](), []
@@ -318,18 +303,57 @@ def lost_runs(runs: PageRuns, sequences: Sequence[PlayerSequence]) -> tuple[str,
                 "label": runs.labels[run.tracker],
                 "sequence": runs.sequences[index].name,
                 "reason": f"failed: {failure}" if run.failure else f"lost at frame {frame}",
-                "frame": _frame_image(sequences[index], frame, [run], runs.labels),
+                "frame": _frame_image(runs.sequences[index], frame, [run], runs.labels),
                 "position": run.position(index, frame),
             }
         )
-    n_runs = sum(len(sequence_runs.one_pass) for sequence_runs in runs.sequences)
+    n_runs = sum(len(sequence.one_pass) for sequence in runs.sequences)
     title = f"Lost and failed runs: of {n_runs} run{'s' * (n_runs > 1)}, {counted}"
     return title, card("lost_runs", losses=losses)
 
 
+def subset_table(
+    scored: pd.DataFrame, occurring: Mapping[str, set[str]], runs: PageRuns
+) -> PageTable | None:
+    """Return mean overlaps by parameter value and attribute of the sequences; None without any."""
+    if "mean_overlap" not in scored or not runs.trackers:
+        return None  # no finished run
+    sequences = [sequence.name for sequence in runs.sequences]
+    units = units_of(sequences)
+    masks = subsets_of(sequences, [occurring.get(name, ()) for name in sequences])
+    shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
+    groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
+    means = groups.mean().where(groups.count() == groups.size())
+    rows, positions, has_intervals = [], [], False
+    for (parameter, value), mask in masks.items():
+        if parameter not in shared:
+            continue
+        members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
+        cells = [f"{parameter}={value}", str(len(members))]
+        for name in runs.trackers:
+            by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
+            by_unit = means_of_subset(units, by_sequence.to_numpy(float), mask)
+            mean = float(by_unit.mean()) if len(by_unit) else np.nan
+            limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
+            mean_text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
+            cells.append(f"{mean_text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else mean_text)
+            has_intervals |= limits is not None
+        rows.append(cells)
+        worst = [runs.worst_position_on(name, members, "overlap") for name in runs.trackers]
+        positions.append([None, *worst])
+    if not rows:
+        return None
+    caption = (
+        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), over "
+        "n sequences."
+    )
+    caption += f" In brackets the 95 % interval {units.scope}." if has_intervals else ""
+    table = text_table("subsets", caption, ["subset", "n", *runs.trackers], rows)
+    return PageTable(table, positions)
+
+
 def sequence_folds(
     runs: PageRuns,
-    sequences: Sequence[PlayerSequence],
     charts: Mapping[str, Chart],
     means: pd.DataFrame,
     scores: PageTable | None,
@@ -339,12 +363,9 @@ def sequence_folds(
     A fold has the chart of the sequence from `charts`, the row of the sequence in `means`, which
     are mean overlaps by tracker, and its rows in `scores`, the table of every sequence.
     """
-    for index, (sequence_runs, sequence) in enumerate(zip(runs.sequences, sequences, strict=True)):
-        row = (
-            means.loc[sequence_runs.name]
-            if sequence_runs.name in means.index
-            else pd.Series(dtype=float)
-        )
+    for index, sequence in enumerate(runs.sequences):
+        name = sequence.name
+        row = means.loc[name] if name in means.index else pd.Series(dtype=float)
         summary = f"{sequence.n_frames} frames"
         if row.notna().any():
             summary = f"highest: {row.idxmax()}, {row.max():.2f}"
@@ -353,9 +374,9 @@ def sequence_folds(
             key=f"sequence-{index}",
             sequence=sequence,
             summary=summary,
-            means=[(runs.trackers.index(name), name, mean) for name, mean in row.to_dict().items()],
-            chart=charts.get(sequence_runs.name),
-            scores=_rows_of(scores, sequence_runs.name, index) if scores else None,
+            means=[(runs.trackers.index(tracker), tracker, mean) for tracker, mean in row.items()],
+            chart=charts.get(name),
+            scores=_rows_of(scores, name, index) if scores else None,
             poster=poster(sequence) if len(runs.sequences) <= N_SHOWN_SEQUENCES else b"",
             link=player_link(sequence),
         )

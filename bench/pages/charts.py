@@ -7,10 +7,11 @@ from math import isfinite, nan
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.analysis.run_summary import means_by_tracker
 from trackmark.bench.analysis.run_tables import SUMMARY
+from trackmark.bench.analysis.score_tables import means_by_tracker
 from trackmark.bench.analysis.times import TIME
-from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRun, PageRuns
+from trackmark.bench.pages.content import PlayerRun
+from trackmark.bench.pages.player_runs import ERRORS, OVERLAPS, PageRuns
 from trackmark.bench.statistics.rules import MIN_UNITS
 from trackmark.bench.statistics.survival import kaplan_meier
 from trackmark.bench.statistics.units import units_of
@@ -76,11 +77,13 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
     A point opens the frame nearest to its threshold; among equally near ones that of the worst run.
     """
     label = runs.trackers[tracker]
-    by_sequence = [sequence_runs.one_pass_of(tracker) for sequence_runs in runs.sequences]
+    by_sequence = [
+        [run for run in sequence.one_pass if run.tracker == tracker] for sequence in runs.sequences
+    ]
     scored = [
         (index, run)
-        for index, page_runs in enumerate(by_sequence)
-        for run in page_runs
+        for index, of_tracker in enumerate(by_sequence)
+        for run in of_tracker
         if curve in run.shares
     ]
     if not scored:
@@ -104,9 +107,9 @@ def _share_line(runs: PageRuns, tracker: int, curve: str) -> Line:
 def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
     """Return the median overlap of the repetitions by frame, a chart per sequence."""
     charts = {}
-    for position, sequence_runs in enumerate(runs.sequences):
-        finished: dict[int, list[PageRun]] = {}
-        for run in sequence_runs.one_pass:
+    for position, sequence in enumerate(runs.sequences):
+        finished: dict[int, list[PlayerRun]] = {}
+        for run in sequence.one_pass:
             if not run.failure:
                 finished.setdefault(run.tracker, []).append(run)
         is_crowded = len(finished) > CROWDED
@@ -120,19 +123,19 @@ def timeline_charts(runs: PageRuns) -> dict[str, Chart]:
         which += f": the median over up to {max_repetitions} repetitions" * (max_repetitions > 1)
         description = f"Overlap by frame{which}. A point opens its frame."
         if lines:
-            name = sequence_runs.name
+            name = sequence.name
             chart = Chart(name, "frame", "overlap", lines, description, top=1.0)
             charts[name] = replace(chart, has_line_names=False)
     return charts
 
 
-def _timeline(position: int, name: str, page_runs: Sequence[PageRun]) -> Line:
+def _timeline(position: int, name: str, repetitions: Sequence[PlayerRun]) -> Line:
     """Return a line through the lowest overlap of each interval; it opens the worst repetition."""
-    medians = pd.DataFrame([run.overlaps for run in page_runs]).median().to_numpy(np.float64)
+    medians = pd.DataFrame([run.overlaps for run in repetitions]).median().to_numpy(np.float64)
     intervals = np.array_split(np.arange(len(medians)), min(_MAX_POINTS, len(medians)))
     lowest = [np.argmin(np.nan_to_num(medians[interval], nan=np.inf)) for interval in intervals]
     frames = [int(interval[i]) for interval, i in zip(intervals, lowest, strict=True)]
-    worst = max(page_runs, key=lambda run: run.severity)
+    worst = max(repetitions, key=lambda run: run.severity)
     opened = worst.position(position, 0)
     return Line(name, worst.tracker, frames, medians[frames], positions=[opened])
 
@@ -142,9 +145,7 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
     if "first_loss" not in scored:
         return []
     finished = scored[scored["first_loss"].notna() & scored["frames"].notna()]
-    index_of_sequence = {
-        sequence_runs.name: position for position, sequence_runs in enumerate(runs.sequences)
-    }
+    index_of_sequence = {sequence.name: index for index, sequence in enumerate(runs.sequences)}
     lines = []
     for position, name in enumerate(runs.trackers):
         rows = finished[finished["tracker"] == name]
@@ -177,16 +178,17 @@ def survival_charts(scored: pd.DataFrame, runs: PageRuns) -> list[Chart]:
 def speed_charts(summary: Table, runs: PageRuns) -> list[Chart]:
     """Return the plot of mean overlap against the time per frame; none for a single tracker."""
     quantity, dots = SUMMARY[0], []
-    for name, measures in means_by_tracker(summary.data).items():
-        score, time = (measures.get(key, {}) for key in (quantity.name, TIME.name))
-        if isfinite(score.get("mean", nan) + time.get("mean", nan)):
-            opened = runs.worst_position(name, None, "overlap")
-            point = [time["mean"]], [score["mean"]], [score["low"]], [score["high"]], [opened]
-            dots.append(Line(name, runs.trackers.index(name), *point))
+    scores, times = (means_by_tracker(summary, name) for name in (quantity.name, TIME.name))
+    for name, score in scores.iterrows():
+        time = times["mean"].get(name, nan)
+        if isfinite(score["mean"] + time):
+            opened = runs.worst_position(str(name), None, "overlap")
+            point = [time], [score["mean"]], [score["low"]], [score["high"]], [opened]
+            dots.append(Line(str(name), runs.trackers.index(name), *point))
     if len(dots) < 2:
         return []
     dots.sort(key=lambda dot: dot.position)
-    units = units_of([sequence_runs.name for sequence_runs in runs.sequences])
+    units = units_of([sequence.name for sequence in runs.sequences])
     bars = "bar: 95 % interval"
     if len(units) < MIN_UNITS:
         bars = f"no intervals: {MIN_UNITS} {units.plural} needed"

@@ -3,13 +3,14 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
-from typing import Any, TypeAlias
+from typing import Any, NamedTuple, TypeAlias
 from urllib.parse import urlencode
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.reports.charts import PlayerPosition
 from trackmark.reports.tables import Table
 
@@ -55,23 +56,48 @@ class PageSection:
     nav: str = ""
 
 
-@dataclass(frozen=True, eq=False)
+class ThresholdShares(NamedTuple):
+    """Share of frames by threshold, and the frame nearest to each threshold; fields are (k,)."""
+
+    shares: NDArray[np.float64]
+    distances: NDArray[np.float64]  # difference between the value of this frame and the threshold
+    frames: NDArray[np.int64]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
 class PlayerRun:
-    """Run or segment of a run in the player."""
+    """Run or segment of a run with its scores by frame."""
 
     tracker: int  # index into the list of the page
     repetition: int
     boxes: NDArray[np.float64]  # (n, 4), a row per frame; NaN if missing
-    revised: NDArray[np.float64] | None = None  # revised boxes, (n, 4)
-    failure: str = ""
-    is_ellipse: bool = False  # True if the target is the ellipse in the box
-    shapes: Shapes = field(default_factory=dict)
-    maps: Mapping[str, FrameChunks] = field(default_factory=dict)  # frames without a map are empty
+    revised: NDArray[np.float64] | None  # revised boxes, (n, 4)
+    failure: str  # reason of a failed run
+    is_ellipse: bool  # True if the target is the ellipse in the box
+    shapes: Shapes
+    maps: Mapping[str, FrameChunks]  # frames without a map are empty
+    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not scored
+    shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
+    worst: Mapping[tuple[str, Trajectory], tuple[float, int]]  # see `player_runs.find_worst_frames`
     tracker_values: TrackerValues = field(default_factory=dict)
     start: int = 0  # index of the segment
     start_label: str = ""  # description of the start of a segment; empty for a whole run
     scored: Sequence[tuple[int, int]] = ()  # first and last frame of intervals; empty for all
     restarts: Sequence[int] = ()  # frames in which the tracker was restarted
+
+    @property
+    def severity(self) -> float:
+        """Negative mean overlap of the online boxes; infinite for failed runs."""
+        return self.worst["overlap", "online"][0]
+
+    @property
+    def worst_frame(self) -> int:
+        """Frame in which the target was lost, or else that of the lowest overlap."""
+        return self.worst["overlap", "online"][1]
+
+    def position(self, sequence: int, frame: int) -> PlayerPosition:
+        """Return the position of a frame of this run on the sequence with an index."""
+        return PlayerPosition(sequence, self.tracker, self.repetition, frame, self.start)
 
 
 @dataclass(frozen=True, eq=False)
@@ -80,8 +106,10 @@ class PlayerSequence:
 
     name: str
     size: tuple[int, int]  # width and height of a frame [px]
-    boxes: NDArray[np.float64]  # (n, 4): ground truth, a row per frame
-    runs: Sequence[PlayerRun]
+    boxes: NDArray[np.float64]  # (n, 4): ground truth by which runs are scored, a row per frame
+    one_pass: list[PlayerRun] = field(default_factory=list)
+    other_runs: list[PlayerRun] = field(default_factory=list)  # by other protocols
+    row: Mapping[str, Any] = field(default_factory=dict)  # row of any run, which names the source
     thumbnails: FrameChunks = ()
     full: Sequence[int] = ()  # numbers of full-size frames by chunk; see `write_chunk`
     reason: str = ""  # reason why there are no frames
@@ -94,6 +122,11 @@ class PlayerSequence:
     def n_frames(self) -> int:
         """Number of frames."""
         return len(self.boxes)
+
+    @property
+    def runs(self) -> list[PlayerRun]:
+        """All runs, one-pass runs first."""
+        return [*self.one_pass, *self.other_runs]
 
     @property
     def images(self) -> list[bytes]:

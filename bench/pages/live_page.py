@@ -9,8 +9,8 @@ from trackmark.bench.execution.plan import RunStatus
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
-from trackmark.bench.pages.page_frames import Progress
-from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
+from trackmark.bench.pages.page_frames import Progress, with_frames
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs
 from trackmark.bench.store.runs import Runs
 from trackmark.bench.temporary_paths import temporary_folder
 
@@ -56,15 +56,13 @@ def write_live_page(
         ]
         runs = collect_runs(stored_runs.read(rows), list(latest), with_tracker_values=True)
         page = _page(runs, progress)
-        failures = [
-            run.failure for sequence_runs in runs.sequences for run in sequence_runs.one_pass
-        ]
+        failures = [run.failure for sequence in runs.sequences for run in sequence.one_pass]
         return write_page(path, page), [failure for failure in failures if failure]
 
 
 def _page(runs: PageRuns, progress: Progress) -> Page:
     """Return the page of the only sequence."""
-    (sequence,) = player_sequences(runs, progress, height=_MAX_HEIGHT)
+    (sequence,) = with_frames(runs.sequences, progress, height=_MAX_HEIGHT)
     named = ", ".join(runs.trackers)
     repetition = max(player_run.repetition for player_run in sequence.runs)
     title = f"{named} on {sequence.name}" + f", repetition {repetition}" * bool(repetition)

@@ -70,7 +70,8 @@ def player(
     """
     from trackmark.bench.pages.content import Page, PageSection, player_link
     from trackmark.bench.pages.page import write_page
-    from trackmark.bench.pages.player_runs import collect_runs, player_sequences
+    from trackmark.bench.pages.page_frames import with_frames
+    from trackmark.bench.pages.player_runs import collect_runs
     from trackmark.reports.charts import PlayerPosition
 
     if not isinstance(runs, Runs):
@@ -80,7 +81,7 @@ def player(
     if tracker is not None and tracker not in page_runs.labels:
         names = ", ".join(page_runs.labels)
         raise ValueError(f"No run of {tracker!r} on {name!r}. Expected one of: {names}.")
-    (player_sequence,) = player_sequences(page_runs, lambda *_: None)
+    (player_sequence,) = with_frames(page_runs.sequences, lambda *_: None)
     first = player_sequence.first if frame is None else frame
     if not 0 <= first < player_sequence.n_frames:
         raise ValueError(

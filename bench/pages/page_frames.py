@@ -1,14 +1,15 @@
 """Frames of a page, read from sequences that have not changed since their runs."""
 
 import os
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from itertools import accumulate, count
-from typing import Any, NamedTuple
+from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.execution.pool import map_in_workers
-from trackmark.bench.pages.content import FrameChunks
+from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.player_frames import encode_images
 from trackmark.bench.pages.player_layers import mask_shapes
 from trackmark.bench.store.runs import reopen_sequence
@@ -29,39 +30,34 @@ _MIN_FRAMES_FOR_WORKERS = 1500
 _OPENING_COST = 60  # time to open a synthetic sequence, in frames
 
 
-class SequenceFrames(NamedTuple):
-    """Frames of a sequence, or the reason why there are none."""
-
-    thumbnails: FrameChunks = ()
-    full: Sequence[int] = ()  # numbers of full-size frames by chunk
-    reason: str = ""
-    shapes: Mapping[int, Mapping[str, Any]] = {}  # ground-truth masks, which may not be stored
-
-
-def encode_frames(
-    rows: Sequence[tuple[Mapping[str, Any], Sequence[int]]],
+def with_frames(
+    sequences: Sequence[PlayerSequence],
     progress: Progress,
     write_chunk: ChunkWriter | None = None,
     height: int = THUMBNAIL,
-) -> Iterator[SequenceFrames]:
-    """Yield the frames of sequences, with a height [px] of at most `height` inside the page.
+    selected: Sequence[Sequence[int]] | None = None,
+) -> list[PlayerSequence]:
+    """Return sequences with all frames, or with the `selected` frames of each, in order.
 
-    Each of `rows` has the row of any run on a sequence and the indices of its frames. Full-size
-    frames are passed to `write_chunk`, which worker processes call and which can thus be pickled.
+    Frames inside the page have a height [px] of at most `height`. Full-size frames are passed to
+    `write_chunk`, which worker processes call and which can thus be pickled.
     """
-    names = "sequence", "source", "truth", "fingerprint"
-    sources = [{name: row[name] for name in names} for row, _ in rows]
-    frames_of = [frames for _, frames in rows]
+    frames_of = selected or [range(sequence.n_frames) for sequence in sequences]
     ends = [*accumulate(map(len, frames_of))]
-    encode_one = partial(_encode_sequence, write_chunk=write_chunk, height=height)
-    requests = [*zip(count(), sources, frames_of, strict=False)]
-    frames_by_sequence: Iterable[SequenceFrames] = map(encode_one, requests)
+    encode = partial(_encode_sequence, write_chunk=write_chunk, height=height)
+    names = "sequence", "source", "truth", "fingerprint"
+    rows = [{name: sequence.row[name] for name in names} for sequence in sequences]
+    requests = [*zip(count(), rows, frames_of, strict=False)]
+    encoded: Iterable[Mapping[str, Any]] = map(encode, requests)
     if len(rows) > 1 and ends[-1] + _OPENING_COST * len(rows) >= _MIN_FRAMES_FOR_WORKERS:
-        n_workers = min(os.cpu_count() or 1, len(rows))
-        frames_by_sequence = map_in_workers(encode_one, requests, n_workers)
-    for end, sequence_frames in zip(ends, frames_by_sequence, strict=True):
+        encoded = map_in_workers(encode, requests, min(os.cpu_count() or 1, len(rows)))
+    filled = []
+    for sequence, frames, end, fields in zip(sequences, frames_of, ends, encoded, strict=True):
+        numbers = None if len(frames) == sequence.n_frames else frames
+        shapes = {**fields.get("shapes", {}), **sequence.shapes}
+        filled.append(replace(sequence, frame_numbers=numbers, **{**fields, "shapes": shapes}))
         progress(end, ends[-1])
-        yield sequence_frames
+    return filled
 
 
 def _encode_sequence(
@@ -69,11 +65,15 @@ def _encode_sequence(
     *,
     write_chunk: ChunkWriter | None,
     height: int,
-) -> SequenceFrames:
-    """Read and encode the frames of a sequence: its index, its row and the frames."""
+) -> dict[str, Any]:
+    """Return the fields of `PlayerSequence` with the frames of a sequence, or why there are none.
+
+    `request`: index of the sequence, row of a run, and frames. The outlines of masks are read from
+    the sequence, as they may not be stored.
+    """
     index, row, frames = request
     if not frames:
-        return SequenceFrames()
+        return {}
     full = []
     try:
         sequence = reopen_sequence(row)
@@ -85,5 +85,5 @@ def _encode_sequence(
                 write_chunk(f"full-{index}-{chunk_index}", encoded)
                 full.append(len(encoded))
     except datasets.SequenceError as error:
-        return SequenceFrames(reason=f"No frames: {error}")
-    return SequenceFrames(thumbnails, full, shapes=shapes)
+        return {"reason": f"No frames: {error}"}
+    return {"thumbnails": thumbnails, "full": full, "shapes": shapes}

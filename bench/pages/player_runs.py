@@ -2,11 +2,11 @@
 
 import json
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf
 from operator import itemgetter
-from typing import Any, NamedTuple, TypeAlias
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,18 +18,10 @@ from trackmark.bench.evaluation.scoring import REVISED
 from trackmark.bench.metrics.centre_error import centre_error
 from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.metrics.overlap import overlap
-from trackmark.bench.pages.content import PlayerRun, PlayerSequence
-from trackmark.bench.pages.page_frames import (
-    THUMBNAIL,
-    ChunkWriter,
-    Progress,
-    SequenceFrames,
-    encode_frames,
-)
+from trackmark.bench.pages.content import PlayerRun, PlayerSequence, ThresholdShares
 from trackmark.bench.pages.player_layers import maps, shapes, tracker_values, true_shapes
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import RunWithTruth
-from trackmark.bench.store.truth import StoredTruth
 from trackmark.reports.charts import PlayerPosition
 
 _SUPERVISION = {
@@ -47,77 +39,13 @@ Array: TypeAlias = NDArray[np.float64]
 Frames: TypeAlias = NDArray[np.int64]
 
 
-class ThresholdShares(NamedTuple):
-    """Share of frames by threshold, and the frame nearest to each threshold; fields are (k,)."""
-
-    shares: Array
-    distances: Array  # difference between the value of this frame and the threshold
-    frames: Frames
-
-
-@dataclass(frozen=True)
-class PageRun:
-    """Run or segment of a run with its scores by frame."""
-
-    player_run: PlayerRun
-    end: int  # last frame with a box
-    overlaps: NDArray[np.float32]  # (n,); NaN if the frame is not scored
-    shares: Mapping[str, ThresholdShares]  # `success` and `precision` of finished one-pass runs
-    worst: Mapping[tuple[str, Trajectory], tuple[float, int]]  # severity and frame, see `_worst`
-
-    @property
-    def tracker(self) -> int:
-        """Index of the tracker."""
-        return self.player_run.tracker
-
-    @property
-    def failure(self) -> str:
-        """Reason of a failed run."""
-        return self.player_run.failure
-
-    @property
-    def severity(self) -> float:
-        """Negative mean overlap of the online boxes; infinite for failed runs."""
-        return self.worst["overlap", "online"][0]
-
-    @property
-    def worst_frame(self) -> int:
-        """Frame in which the target was lost, or else that of the lowest overlap."""
-        return self.worst["overlap", "online"][1]
-
-    def position(self, sequence: int, frame: int) -> PlayerPosition:
-        """Return the position of a frame of this run on the sequence with an index."""
-        run = self.player_run
-        return PlayerPosition(sequence, run.tracker, run.repetition, frame, run.start)
-
-
-@dataclass
-class SequenceRuns:
-    """Runs on a sequence; `truth` contains the ground-truth boxes by which they are scored."""
-
-    row: Mapping[str, Any]
-    full_truth: StoredTruth
-    truth: Array
-    one_pass: list[PageRun] = field(default_factory=list)
-    other_runs: list[PageRun] = field(default_factory=list)  # by other protocols
-
-    @property
-    def name(self) -> str:
-        """Name of the sequence."""
-        return str(self.row["sequence"])
-
-    def one_pass_of(self, tracker: int) -> list[PageRun]:
-        """Return the one-pass runs of a tracker."""
-        return [run for run in self.one_pass if run.tracker == tracker]
-
-
 @dataclass(frozen=True)
 class PageRuns:
     """Scored runs of an experiment."""
 
     trackers: Sequence[str]  # of one-pass runs
     labels: Sequence[str]  # trackers, then labels of runs by other protocols: `name_on_page`
-    sequences: Sequence[SequenceRuns]
+    sequences: Sequence[PlayerSequence]
     metadata: Sequence[Mapping[str, Any]]  # of all runs, without repetitions
 
     def worst_position(
@@ -128,7 +56,7 @@ class PageRuns:
         The tracker is one of `labels`, and the criterion `overlap`, `centre_error` or `loss`. For
         runs without revised boxes, the trajectory `online` replaces `revised`.
         """
-        names = [runs.name for runs in self.sequences] if sequence is None else [sequence]
+        names = [each.name for each in self.sequences] if sequence is None else [sequence]
         return self.worst_position_on(tracker, names, criterion, trajectory)
 
     def worst_position_on(
@@ -152,10 +80,10 @@ class PageRuns:
         Keys are label of the tracker, sequence, criterion and trajectory.
         """
         worst: dict[tuple[str, str, str, Trajectory], tuple[float, PlayerPosition]] = {}
-        for index, sequence_runs in enumerate(self.sequences):
-            for run in (*sequence_runs.one_pass, *sequence_runs.other_runs):
+        for index, sequence in enumerate(self.sequences):
+            for run in sequence.runs:
                 for (criterion, trajectory), (severity, frame) in run.worst.items():
-                    key = self.labels[run.tracker], sequence_runs.name, criterion, trajectory
+                    key = self.labels[run.tracker], sequence.name, criterion, trajectory
                     if key not in worst or severity > worst[key][0]:
                         position = run.position(index, frame)
                         worst[key] = severity, position._replace(revised=trajectory == "revised")
@@ -175,24 +103,31 @@ def collect_runs(
     Trackers are coloured in the order of `trackers`; those that are not listed come last.
     """
     names, other_runs = list(trackers), list[tuple[Mapping[str, Any], Run]]()
-    by_sequence: dict[str, SequenceRuns] = {}
+    sequences: dict[str, PlayerSequence] = {}
     metadata: dict[str, Mapping[str, Any]] = {}
     for row, run, full_truth in runs:
-        truth = np.asarray(
-            select_ground_truth(full_truth, run.identity.init, row["sequence"]).boxes
-        )
-        sequence_runs = by_sequence.setdefault(
-            row["sequence"], SequenceRuns(row, full_truth, truth)
-        )
-        if row["fingerprint"] != sequence_runs.row["fingerprint"]:
+        name, init = row["sequence"], run.identity.init
+        boxes = np.asarray(select_ground_truth(full_truth, init, name).boxes)
+        if name not in sequences:
+            present = np.flatnonzero(_present(full_truth.boxes))
+            sequences[name] = PlayerSequence(
+                name,
+                full_truth.image_size or _extent(full_truth.boxes),
+                boxes,
+                row=row,
+                fps=full_truth.fps,
+                first=int(present[0]) if len(present) else 0,
+                shapes=true_shapes(full_truth),
+            )
+        sequence = sequences[name]
+        if row["fingerprint"] != sequence.row["fingerprint"]:
             continue  # the run is stale: the sequence has changed since; tables report it
         if row["protocol"] == ONE_PASS:
             if row["tracker"] not in names:
                 names.append(row["tracker"])
-            tracker_index = names.index(row["tracker"])
-            sequence_runs.one_pass.append(
-                _page_run(truth, _Segment(run), row, tracker_index, with_tracker_values)
-            )
+            values = tracker_values(run) if with_tracker_values else {}
+            tracker = names.index(row["tracker"])
+            sequence.one_pass.append(_player_run(run, row, tracker, boxes, tracker_values=values))
         else:
             other_runs.append((row, run))
         environment = {key: run.metadata.get(key) for key in ("host", "platform", "python")}
@@ -204,19 +139,10 @@ def collect_runs(
         name = name_on_page(row["tracker"], row["protocol"])
         if name not in labels:
             labels.append(name)
-        sequence_runs, tracker_index = by_sequence[row["sequence"]], labels.index(name)
-        if run.segments:
-            segments = _split_segments(run, sequence_runs.truth)
-            sequence_runs.other_runs += [
-                _page_run(sequence_runs.truth, segment, row, tracker_index, False)
-                for segment in segments
-            ]
-        else:
-            segment = _from_other_protocol(run, sequence_runs.truth)
-            sequence_runs.other_runs.append(
-                _page_run(sequence_runs.truth, segment, row, tracker_index, with_tracker_values)
-            )
-    return PageRuns(names, labels, list(by_sequence.values()), list(metadata.values()))
+        sequence, tracker = sequences[row["sequence"]], labels.index(name)
+        by_protocol = _segments if run.segments else _run_by_protocol
+        sequence.other_runs.extend(by_protocol(run, row, tracker, sequence.boxes))
+    return PageRuns(names, labels, list(sequences.values()), list(metadata.values()))
 
 
 def _present(boxes: Array) -> NDArray[np.bool_]:
@@ -224,21 +150,14 @@ def _present(boxes: Array) -> NDArray[np.bool_]:
     return np.asarray(np.isfinite(boxes).all(axis=1))
 
 
-class _Segment(NamedTuple):
-    """Run over all frames, or a segment of a run.
-
-    `scored`: which frames are scored, shape (n,); None for one-pass runs.
-    """
-
-    run: Run
-    scored: NDArray[np.bool_] | None = None
-    start: int = 0
-    start_label: str = ""
-    marks: Sequence[int] = ()
-    tracker_values: Mapping[str, Sequence[float | str | None]] = {}
+def _extent(boxes: Array) -> tuple[int, int]:
+    """Return a size that contains all boxes, for ground truth without image size."""
+    ends = (boxes[:, :2] + boxes[:, 2:])[_present(boxes)]
+    wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
+    return max(1, int(wide)), max(1, int(tall))
 
 
-def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
+def _segments(run: Run, row: Mapping[str, Any], tracker: int, truth: Array) -> Iterator[PlayerRun]:
     """Yield the segments of a run; the initialisation of a segment is not scored."""
     n, present = len(truth), _present(truth)
     bounds = np.cumsum([len(frames) for frames in run.segments])[:-1]
@@ -248,60 +167,67 @@ def _split_segments(run: Run, truth: Array) -> Iterator[_Segment]:
         all_boxes[frames], scored[frames] = boxes, True
         scored[frames[present[frames]][:1]] = False
         back = ", backwards" if len(frames) > 1 and frames[1] < frames[0] else ""
-        start_label = f"{start + 1}: from frame {frames[0]}{back}"
-        run_of_segment = replace(run, boxes=all_boxes, details={}, arrays={}, segments=())
-        yield _Segment(run_of_segment, scored, start, start_label)
+        label = f"{start + 1}: from frame {frames[0]}{back}"
+        segment = replace(run, boxes=all_boxes, details={}, arrays={}, segments=())
+        yield _player_run(segment, row, tracker, truth, scored, start=start, start_label=label)
 
 
-def _from_other_protocol(run: Run, truth: Array) -> _Segment:
-    """Return a run over all frames by another protocol, with restarts and late estimates."""
-    scored, marks = np.ones(len(truth), bool), list[int]()
+def _run_by_protocol(
+    run: Run, row: Mapping[str, Any], tracker: int, truth: Array
+) -> Iterator[PlayerRun]:
+    """Yield a run over all frames by another protocol, with restarts and late estimates."""
+    scored, restarts = np.ones(len(truth), bool), list[int]()
     scored[np.flatnonzero(_present(truth))[:1]] = False
-    numbers_by_name: dict[str, list[float | str | None]] = {}
+    values: dict[str, list[float | str | None]] = {}
     if run.estimate_frames is not None:
         estimate_frames = [None if frame < 0 else frame for frame in run.estimate_frames.tolist()]
-        numbers_by_name["estimate_frame"] = estimate_frames
+        values["estimate_frame"] = estimate_frames
     if run.states is not None:
         scored &= np.isin(run.states, (FrameState.TRACKED, FrameState.FAILED))
-        marks = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
-        numbers_by_name["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
-    return _Segment(run, scored, marks=marks, tracker_values=numbers_by_name)
+        restarts = np.flatnonzero(run.states == FrameState.INITIALISED).tolist()[1:]
+        values["supervision"] = [*map(_SUPERVISION.get, run.states.tolist())]
+    yield _player_run(run, row, tracker, truth, scored, restarts=restarts, tracker_values=values)
 
 
-def _page_run(
-    truth: Array, segment: _Segment, row: Mapping[str, Any], tracker: int, with_tracker_values: bool
-) -> PageRun:
-    """Compute the scores of a run or of one of its segments by frame."""
-    run, one_pass = segment.run, segment.scored is None
+def _player_run(
+    run: Run,
+    row: Mapping[str, Any],
+    tracker: int,
+    truth: Array,
+    is_scored: NDArray[np.bool_] | None = None,
+    **fields: Any,
+) -> PlayerRun:
+    """Return a run or a segment with its scores by frame.
+
+    `is_scored`: which frames are scored, shape (n,); by default all but the first with ground
+    truth, as in one-pass runs. `fields`: further fields of `PlayerRun`.
+    """
     scored = np.flatnonzero(_present(truth))[1:]
-    if segment.scored is not None:
-        scored = np.flatnonzero(_present(truth) & segment.scored)
+    if is_scored is not None:
+        scored = np.flatnonzero(_present(truth) & is_scored)
+        fields["scored"] = _spans(is_scored)
     exact = overlap(truth[scored], run.boxes[scored])
     overlaps = np.full(len(run.boxes), np.nan, np.float32)
     overlaps[scored] = exact
     shares = {}
-    if row["status"] == "finished" and len(scored) and one_pass:
+    if row["status"] == "finished" and len(scored) and is_scored is None:
         hits, near = np.nan_to_num(exact)[:, None], centre_error(truth, run.boxes)[scored, None]
         shares["success"] = _threshold_shares(hits, OVERLAPS, hits >= OVERLAPS, scored)
         shares["precision"] = _threshold_shares(near, ERRORS, near <= ERRORS, scored)
-    boxes_at = np.flatnonzero(_present(run.boxes))
-    end = int(boxes_at[-1]) if len(boxes_at) else 0
-    player_run = PlayerRun(
-        tracker,
-        int(row["repetition"]),
-        run.boxes,
-        run.revised,
-        run.failure,
-        is_round(run),
-        shapes(run),
-        maps(run),
-        {**segment.tracker_values, **(tracker_values(run) if with_tracker_values else {})},
-        segment.start,
-        segment.start_label,
-        [] if segment.scored is None else _spans(segment.scored),
-        segment.marks,
+    return PlayerRun(
+        tracker=tracker,
+        repetition=int(row["repetition"]),
+        boxes=run.boxes,
+        revised=run.revised,
+        failure=run.failure,
+        is_ellipse=is_round(run),
+        shapes=shapes(run),
+        maps=maps(run),
+        overlaps=overlaps,
+        shares=shares,
+        worst=find_worst_frames(truth, run, row, scored),
+        **fields,
     )
-    return PageRun(player_run, end, overlaps, shares, _worst(truth, run, row, scored, end))
 
 
 def _threshold_shares(
@@ -312,12 +238,13 @@ def _threshold_shares(
     return ThresholdShares(hits.mean(axis=0), far.min(axis=0), frames[far.argmin(axis=0)])
 
 
-def _worst(
-    truth: Array, run: Run, row: Mapping[str, Any], scored: Frames, end: int
+def find_worst_frames(
+    truth: Array, run: Run, row: Mapping[str, Any], scored: Frames
 ) -> dict[tuple[str, Trajectory], tuple[float, int]]:
     """Return severity and worst frame of a run by criterion and trajectory; larger is worse."""
     criteria = "overlap", "centre_error", "loss"
     if run.failure or not len(scored):
+        end = int(np.flatnonzero(_present(run.boxes))[-1:].sum())  # last frame with a box
         return {(criterion, "online"): (inf, end) for criterion in criteria}
     trajectories: tuple[Trajectory, ...] = (
         ("online",) if run.revised is None else ("online", "revised")
@@ -343,51 +270,3 @@ def _spans(flags: NDArray[np.bool_]) -> list[tuple[int, int]]:
     edges = np.diff(np.concatenate([[False], flags, [False]]).astype(int))
     starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1) - 1
     return list(zip(starts.tolist(), ends.tolist(), strict=True))
-
-
-def player_sequences(
-    runs: PageRuns,
-    progress: Progress,
-    write_chunk: ChunkWriter | None = None,
-    height: int = THUMBNAIL,
-    selected: Sequence[Sequence[int]] | None = None,
-) -> Iterator[PlayerSequence]:
-    """Yield the sequences with all frames, or with the `selected` frames of each, in order.
-
-    See `encode_frames` for the other parameters.
-    """
-    frames = selected or [range(len(sequence.truth)) for sequence in runs.sequences]
-    rows = [sequence.row for sequence in runs.sequences]
-    encoded = encode_frames([*zip(rows, frames, strict=True)], progress, write_chunk, height)
-    for sequence, indices, sequence_frames in zip(runs.sequences, frames, encoded, strict=True):
-        yield _player_sequence(sequence, sequence_frames, indices)
-
-
-def _player_sequence(
-    sequence_runs: SequenceRuns, sequence_frames: SequenceFrames, frames: Sequence[int]
-) -> PlayerSequence:
-    """Return a sequence for the player."""
-    truth = sequence_runs.full_truth
-    present = np.flatnonzero(_present(truth.boxes))
-    return PlayerSequence(
-        name=sequence_runs.name,
-        size=truth.image_size or _extent(truth.boxes),
-        boxes=sequence_runs.truth,
-        runs=[
-            page_run.player_run for page_run in (*sequence_runs.one_pass, *sequence_runs.other_runs)
-        ],
-        thumbnails=sequence_frames.thumbnails,
-        full=sequence_frames.full,
-        reason=sequence_frames.reason,
-        frame_numbers=None if len(frames) == len(sequence_runs.truth) else frames,
-        fps=truth.fps,
-        first=int(present[0]) if len(present) else 0,
-        shapes={**sequence_frames.shapes, **true_shapes(truth)},
-    )
-
-
-def _extent(boxes: Array) -> tuple[int, int]:
-    """Return a size that contains all boxes, for ground truth without image size."""
-    ends = (boxes[:, :2] + boxes[:, 2:])[_present(boxes)]
-    wide, tall = np.ceil(ends.max(axis=0)).tolist() if len(ends) else (320, 240)
-    return max(1, int(wide)), max(1, int(tall))

@@ -4,7 +4,7 @@ import json
 import shlex
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -21,9 +21,9 @@ from trackmark.bench.analysis.comparable_runs import (
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.run_summary import answer_on, means_by_tracker
+from trackmark.bench.analysis.run_summary import answer_on, ranked_trackers
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
-from trackmark.bench.analysis.score_tables import failed_runs, with_not_run
+from trackmark.bench.analysis.score_tables import failed_runs, means_by_tracker, with_not_run
 from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
@@ -33,8 +33,8 @@ from trackmark.bench.pages.cards import (
     overlap_matrix,
     pair_differences,
     published_ranking,
-    ranked_trackers,
     sequence_folds,
+    subset_table,
     worst_frames,
 )
 from trackmark.bench.pages.charts import (
@@ -43,11 +43,10 @@ from trackmark.bench.pages.charts import (
     survival_charts,
     timeline_charts,
 )
-from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence
+from trackmark.bench.pages.content import Page, PageSection, PageTable
 from trackmark.bench.pages.page import GLOSSARY, card, write_chunk, write_page
-from trackmark.bench.pages.page_frames import Progress
-from trackmark.bench.pages.player_runs import collect_runs, name_on_page, player_sequences
-from trackmark.bench.pages.subset_table import subset_table
+from trackmark.bench.pages.page_frames import Progress, with_frames
+from trackmark.bench.pages.player_runs import collect_runs, name_on_page
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
@@ -56,7 +55,6 @@ from trackmark.reports.tables import MISSING, Table, text_table
 
 if TYPE_CHECKING:
     from trackmark.bench.analysis.published_sets import PublishedSet
-    from trackmark.bench.pages.report_figures import FigureFiles
 
 _MAX_FAILURES = 200
 """Maximum number of rows of failed runs."""
@@ -65,149 +63,112 @@ _MIN_RUNS_OF_SURVIVAL = 20
 """Minimum number of runs per tracker for the survival plot on the page."""
 
 
-@dataclass(frozen=True)
-class Commands:
-    """Commands that a page shows, so that the user can repeat them on its results."""
+class ReportPage:
+    """Page of an experiment's results, with the tables of its report.
 
-    results: str = ""  # folder of the results; empty if it is temporary
-    arguments: Sequence[str] = ()  # further arguments of `report` and `compare`
-
-    def command_line(self, name: str, *options: str) -> str:
-        """Return the command line of `report` or `compare` on the results."""
-        option = ["--results"] if name == "compare" else []
-        results = [*option, self.results] if self.results else []
-        return shlex.join(["trackmark", name, *results, *self.arguments, *options])
-
-
-def write_report_page(
-    runs: Runs,
-    path: Path,
-    tables: Sequence[Table],
-    title: str,
-    commands: Commands,
-    progress: Progress,
-    *,
-    with_full_frames: bool = False,
-    figures: "FigureFiles | None" = None,
-    published: "Path | PublishedSet | None" = None,
-) -> list[Path]:
-    """Write the page of an experiment's results with the tables of its report; return its files.
-
-    While frames are read, `progress` gets their number and that of all frames. If
-    `with_full_frames`, frames are also written in full size, and with `figures`, figures and film
-    strips. `published` has scores of further trackers; see `compare_runs`. Raises `ResultsError` if
-    results cannot be read, `ComparisonError` if published scores cannot be compared, and `OSError`
-    if a file cannot be written.
+    `arguments`: arguments of `report` and `compare` that are needed to repeat the report on the
+    results. `published` has scores of further trackers; see `compare_runs`. Raises `ResultsError`
+    if results cannot be read, and `ComparisonError` if published scores cannot be compared.
     """
-    report = _ReportPage(runs, tables, commands, published)
-    chunk_writer = partial(write_chunk, path) if with_full_frames else None
-    page = report.page(title, list(player_sequences(report.page_runs, progress, chunk_writer)))
-    paths = write_page(path, page)
-    if figures:
-        from trackmark.bench.pages.report_figures import write_figures  # imports Matplotlib
-
-        charts = [*report.curves, *report.speed, *report.survival]
-        paths += write_figures(runs, path.parent, figures, title, charts, report.page_runs)
-    return paths
-
-
-class _ReportPage:
-    """Runs, tables and commands from which the sections of a page are report."""
 
     def __init__(
         self,
         runs: Runs,
         tables: Sequence[Table],
-        commands: Commands,
+        arguments: Sequence[str] = (),
         published: "Path | PublishedSet | None" = None,
     ) -> None:
-        self.runs, self.commands = runs, commands
+        self.stored_runs, self._arguments = runs, arguments
         self.tables = {table.name: table for table in tables}
         self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
-        self.timed = runs.timed
         self.summary: Table | None = None
-        names = [str(name) for name in self.scored["tracker"].unique()]
+        ranked: list[str] = []
         if len(self.scored):
-            summary = self.tables.get("summary")
-            self.summary = summary or summary_of(self.scored, self.timed, "")
-            names = ranked_trackers(self.summary)
-        self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
-        is_finished = self.scored["status"] == "finished"
-        incomplete = set(self.scored["tracker"][~is_finished].astype(str))
-        self.complete = [name for name in names if name not in incomplete]
+            self.summary = self.tables.get("summary") or summary_of(self.scored, runs.timed, "")
+            ranked = ranked_trackers(self.summary)
+        self.runs = collect_runs(runs.read(runs.evaluated_rows()), ranked)
         self.failed, self.left_out = failed_runs(self.scored)
-        self.comparison, answer = self._compare()
+        self.comparison, sentences = self._compare()
         self.ranking: Comparison | None = None
-        self.source = ""
         if published is not None:
             self.ranking = _compare_published(runs, published)
-            self.source = getattr(published, "citation", "")
-            answer = answer_of(self.ranking)
-        self.overall_answer = Answer(answer.heading, (*answer.details, *self._notes()))
-        self.curves = share_charts(self.page_runs, self.complete)
-        self.speed: list[Any] = []
-        self.time_marks, self.time_notes = dict[str, str](), []
-        if self.summary is not None:
-            _, measured = with_times(self.scored, self.timed)
-            self.time_marks, self.time_notes = time_marks(measured), time_notes(measured)
-            self.speed = speed_charts(self.summary, self.page_runs)
-        self.survival = survival_charts(self.scored, self.page_runs)
+            self._citation = getattr(published, "citation", "")
+            sentences = answer_of(self.ranking)
+        self.answer = Answer(sentences.heading, (*sentences.details, *self._notes()))
+        unfinished = set(self.scored["tracker"][self.scored["status"] != "finished"].astype(str))
+        complete = [name for name in ranked if name not in unfinished]
+        self.curves = share_charts(self.runs, complete)
+        self.speed = [] if self.summary is None else speed_charts(self.summary, self.runs)
+        self.survival = survival_charts(self.scored, self.runs)
+
+    def write(
+        self, path: Path, title: str, progress: Progress, *, with_full_frames: bool = False
+    ) -> list[Path]:
+        """Write the page and return its files.
+
+        While frames are read, `progress` gets their number and that of all frames. If
+        `with_full_frames`, frames are also written in full size. Raises `OSError` if a file cannot
+        be written.
+        """
+        chunk_writer = partial(write_chunk, path) if with_full_frames else None
+        sequences = with_frames(self.runs.sequences, progress, chunk_writer)
+        self.runs = replace(self.runs, sequences=sequences)
+        page = Page(
+            title,
+            [*self._sections()],
+            self.runs.labels,
+            sequences,
+            meta=self._counts(),
+            heading=self.answer.heading,
+            details=self.answer.details,
+        )
+        return write_page(path, page)
 
     def _compare(self) -> tuple[Comparison | None, Answer]:
         """Return the comparison of the trackers, if there is one, and the answer."""
         if self.summary is None:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
+        runs = self.stored_runs
         try:
-            (heading, details), comparison = answer_on(
-                self.runs.scored(DEFAULT_METRICS, ONE_PASS),
-                self.timed,
-                means_by_tracker(self.summary.data),
-                attributes=self.runs.attributes,
-                same_boxes=same_boxes(self.runs),
-                not_repeatable=not_repeatable(self.runs.table),
+            sentences, comparison = answer_on(
+                runs.scored(DEFAULT_METRICS, ONE_PASS),
+                runs.timed,
+                self.summary,
+                attributes=runs.attributes,
+                same_boxes=same_boxes(runs),
+                not_repeatable=not_repeatable(runs.table),
             )
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
-        return comparison, Answer(heading, details)
+        return comparison, sentences
 
     def _notes(self) -> Iterator[str]:
         """Yield sentences on boxes that look like corners and on failed runs."""
         if self.comparison is not None:
-            yield from corner_boxes(self.runs)
+            yield from corner_boxes(self.stored_runs)
         for name, note in [*self.failed.items()][:1]:
             n_failed = (self.scored["status"] == "failed").sum()
             failed_share = f"{n_failed} of {len(self.scored)} runs failed"
-            failed_share += " and count as the worst score" * (
-                len(self.failed) > len(self.left_out)
-            )
+            if len(self.failed) > len(self.left_out):
+                failed_share += " and count as the worst score"
             reason = (note.partition("): ")[2] or note).removesuffix(".")
             yield f"{failed_share}; first: {name}, {reason}."
 
     @cached_property
     def protocols(self) -> list[str]:
         """Stored names of the protocols other than one-pass, longest first."""
-        others = [name for name in self.runs.protocols if name != ONE_PASS]
-        return sorted(others, key=len, reverse=True)
+        keys = [key for key in self.stored_runs.protocols if key != ONE_PASS]
+        return sorted(keys, key=len, reverse=True)
 
-    def page(self, title: str, sequences: Sequence[PlayerSequence]) -> Page:
-        """Return the page; `sequences` have their frames."""
-        return Page(
-            title,
-            [*self._sections(sequences)],
-            self.page_runs.labels,
-            sequences,
-            meta=self._counts(),
-            heading=self.overall_answer.heading,
-            details=self.overall_answer.details,
-        )
-
-    def _sections(self, sequences: Sequence[PlayerSequence]) -> Iterator[PageSection]:
+    def _sections(self) -> Iterator[PageSection]:
         """Yield the sections in the order of the page."""
-        runs, summary = self.page_runs, self.summary
-        score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
+        runs, summary = self.runs, self.summary
+        linked_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.sequences:
-            board = leaderboard(summary, runs, self.failed, self.time_marks, self.time_notes)
+            _, measured = with_times(self.scored, self.stored_runs.timed)
+            times = time_marks(measured), time_notes(measured)
+            board = leaderboard(summary, runs, self.failed, *times)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
             # The plot is as high as the leaderboard and the frames below it.
@@ -215,24 +176,23 @@ class _ReportPage:
             height = {1: 640, 2: 500, 3: 400}.get(len(runs.sequences), 24 + 42 * n_rows)
             cards = [card("charts", charts=self.curves, height=max(270, min(height, 640)))]
             yield PageSection("curves", "Success and precision", cards, span=5)
-        if worst := worst_frames(runs, sequences):
+        if worst := worst_frames(runs):
             yield PageSection("worst", "Worst frames", [worst], span=7)
         if self.ranking is not None:
-            ranking = published_ranking(self.ranking, runs, self.source)
+            ranking = published_ranking(self.ranking, runs, self._citation)
             yield PageSection("ranking", "Among published trackers", [ranking], nav="Published")
         if summary is not None and self.means.notna().any(axis=None):
-            matrix = self._matrix(summary, sequences)
-            title = "Sequences by trackers"
+            matrix, title = self._matrix(summary), "Sequences by trackers"
             yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
         if compared is not None and compared.pairs:
-            limit = next((text for text in self.overall_answer.details if "too few" in text), "")
+            limit = next((text for text in self.answer.details if "too few" in text), "")
             pairs, title = pair_differences(compared, runs, limit), "Pairwise comparison"
             yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
             cards = [card("chart", chart=chart) for chart in self.speed]
             yield PageSection("speed", "Speed and accuracy", cards, span=6, nav="Speed")
-        if lost := lost_runs(runs, sequences):
+        if lost := lost_runs(runs):
             title, losses = lost
             caption = (
                 "Lost: the centre is outside the ground-truth box for ten visible frames in a row. "
@@ -240,26 +200,24 @@ class _ReportPage:
             )
             options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
             yield PageSection("lost", title, [losses], **options)
-        if subsets := subset_table(self.scored, self.runs.attributes, runs):
+        if subsets := subset_table(self.scored, self.stored_runs.attributes, runs):
             cards = [card("page_table", sheet=subsets)]
             yield PageSection("subsets", "By parameter and attribute", cards)
         n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             cards = [card("chart", chart=chart) for chart in self.survival]
             yield PageSection("survival", "Survival", cards)
-        folds = sequence_folds(
-            runs, sequences, timeline_charts(runs), self.means, score_tables.get("sequences")
-        )
+        by_sequence = linked_tables.pop("sequences", None)
+        folds = sequence_folds(runs, timeline_charts(runs), self.means, by_sequence)
         caption = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
-        other_tables = [table for name, table in score_tables.items() if name != "sequences"]
-        if cards := [_fold(table) for table in other_tables if _has_values(table.table)]:
+        if cards := [_fold(table) for table in linked_tables.values() if _has_values(table.table)]:
             yield PageSection("tables", "All scores", cards)
         yield self._provenance()
 
     def _paragraphs(self) -> list[str]:
         """Return sentences on unfinished runs, protocols and times."""
-        counts = Counter(with_not_run(self.runs.table)["status"])
+        counts = Counter(with_not_run(self.stored_runs.table)["status"])
         wrong = [f"{n} {status}" for status, n in counts.items() if status != "finished"]
         paragraphs = [
             f"Runs not finished: {', '.join(wrong)}. Failed runs count as the worst score. Means "
@@ -278,7 +236,7 @@ class _ReportPage:
 
     def _counts(self) -> str:
         """Return the numbers of trackers, sequences and runs, and the dates of the runs."""
-        runs = self.runs.table
+        runs = self.stored_runs.table
         is_stored, is_timed = runs["status"] != "missing", runs["protocol"] == TIMING
         counts = {
             "tracker": runs["tracker"].nunique(),
@@ -288,25 +246,20 @@ class _ReportPage:
             "failed run": (runs["status"] == "failed").sum(),
         }
         counted = [f"{n} {word}{'s' * bool(n != 1)}" for word, n in counts.items() if n]
-        days = sorted(
-            {environment["date"] for environment in self.page_runs.metadata if environment["date"]}
-        )
+        days = sorted({environment["date"] for environment in self.runs.metadata} - {""})
         counted.append(" to ".join(dict.fromkeys(days[:1] + days[-1:])))
         return " · ".join(filter(None, counted))
 
     def _failures(self) -> list[PageTable]:
         """Return a table of failed runs, if any; each row opens the last frame with a box."""
         rows, positions = [], []
-        for index, sequence_runs in enumerate(self.page_runs.sequences):
-            for run in (*sequence_runs.one_pass, *sequence_runs.other_runs):
-                if run.failure and not run.player_run.start:  # a run with segments counts once
-                    label, repetition = (
-                        self.page_runs.labels[run.tracker],
-                        run.player_run.repetition,
-                    )
-                    facts = label, sequence_runs.name, repetition, run.end
+        for index, sequence in enumerate(self.runs.sequences):
+            for run in sequence.runs:
+                if run.failure and not run.start:  # a run with segments counts once
+                    label, last = self.runs.labels[run.tracker], run.worst_frame
+                    facts = label, sequence.name, run.repetition, last
                     rows.append([*map(str, facts), run.failure.partition("\n")[0]])
-                    positions.append([None, None, run.position(index, run.end), None])
+                    positions.append([None, None, run.position(index, last), None])
         if not rows:
             return []
         left = len(rows) - _MAX_FAILURES
@@ -325,10 +278,8 @@ class _ReportPage:
         if "measure" not in values or len(values) != len(table.rows) * columns:
             return PageTable(table)
         criteria = [_worst_frame_criterion(str(name)) for name in values["measure"][:columns]]
-        names = {sequence_runs.name for sequence_runs in self.page_runs.sequences}
-        protocols = [
-            protocol for protocol in self.protocols if table.name.startswith(table_prefix(protocol))
-        ]
+        names = {sequence.name for sequence in self.runs.sequences}
+        protocols = [key for key in self.protocols if table.name.startswith(table_prefix(key))]
         trajectory: Trajectory = "revised" if table.name.endswith("-revised") else "online"
         positions = []
         for row in values[::columns].to_dict("records"):
@@ -336,7 +287,7 @@ class _ReportPage:
             tracker = name_on_page(row["tracker"], [*protocols, ONE_PASS][0])
             positions.append(
                 [
-                    self.page_runs.worst_position(tracker, sequence, criterion, trajectory)
+                    self.runs.worst_position(tracker, sequence, criterion, trajectory)
                     for criterion in criteria
                 ]
             )
@@ -347,32 +298,32 @@ class _ReportPage:
         """Mean overlaps with a row per sequence and a column per tracker."""
         if "sequences" not in self.tables:
             return pd.DataFrame()
-        data = self.tables["sequences"].data
-        data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
-        means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        trackers = [name for name in self.page_runs.trackers if name in means]
-        return means.reindex(index=data["sequence"].unique(), columns=trackers)
+        rows = self.tables["sequences"].data
+        rows = rows[rows["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
+        means = rows.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
+        trackers = [name for name in self.runs.trackers if name in means]
+        return means.reindex(index=rows["sequence"].unique(), columns=trackers)
 
-    def _matrix(self, summary: Table, sequences: Sequence[PlayerSequence]) -> Markup:
+    def _matrix(self, summary: Table) -> Markup:
         """Return the matrix of mean overlaps; with published scores, all are by their metrics."""
-        overall, ranking = means_by_tracker(summary.data), self.ranking
-        means, note = self.means, ""
-        mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
+        means, ranking, note = self.means, self.ranking, ""
+        overall = means_by_tracker(summary, "mean_overlap")["mean"]
+        mean_of = {name: float(overall[name]) for name in map(str, means)}
         if ranking is not None:
             scores = {name: [run.mean() for run in row] for name, row in ranking.scores.items()}
-            whole = pd.DataFrame(scores, index=[*ranking.sequences])
-            with_runs = [name for name in self.page_runs.trackers if name in whole]
-            theirs = whole[list(ranking.published)]
-            means = whole[with_runs].assign(
+            all_means = pd.DataFrame(scores, index=[*ranking.sequences])
+            with_runs = [name for name in self.runs.trackers if name in all_means]
+            theirs = all_means[list(ranking.published)]
+            means = all_means[with_runs].assign(
                 **{"best published": theirs.max(axis=1), "median published": theirs.median(axis=1)}
             )
             mean_of = {str(name): float(mean) for name, mean in means.mean().items()}
             note = f" Scores: {ranking.measure.title}, as published."
-        return overlap_matrix(means, mean_of, self.page_runs, sequences, note)
+        return overlap_matrix(means, mean_of, self.runs, note)
 
     def _provenance(self) -> PageSection:
         """Return the section on versions, sources and hosts of the runs, and on terms."""
-        runs, failed = self.runs.table, self._failures()
+        runs, failed = self.stored_runs.table, self._failures()
         runs = runs.assign(
             version=runs["tracker_version"].str[:16], fingerprint=runs["fingerprint"].str[:16]
         )
@@ -381,7 +332,7 @@ class _ReportPage:
         sequences = runs.dropna(subset="fingerprint").drop_duplicates(["sequence", "fingerprint"])
         hosts = [
             {**entry, "libraries": ", ".join(map(" ".join, entry["libraries"].items()))}
-            for entry in self.page_runs.metadata
+            for entry in self.runs.metadata
         ]
         tables = [
             _listed(
@@ -400,12 +351,13 @@ class _ReportPage:
                 pd.DataFrame(hosts, columns=["host", "date", "platform", "python", "libraries"]),
             ),
         ]
+        folder = [] if self.stored_runs.folder is None else [str(self.stored_runs.folder)]
+        option = ["--results"] * bool(folder)
         commands = [
-            self.commands.command_line("report", "--output", "report"),
-            self.commands.command_line("compare"),
+            ["report", *folder, *self._arguments, "--output", "report"],
+            ["compare", *option, *folder, *self._arguments],
+            *([["results", "failures", *folder]] if failed and folder else []),
         ]
-        if failed and self.commands.results:
-            commands.append(f"trackmark results failures {shlex.quote(self.commands.results)}")
         provenance = card(
             "fold",
             key="provenance",
@@ -413,7 +365,7 @@ class _ReportPage:
             summary="commands, versions, parameters, fingerprints",
             paragraphs=self._paragraphs(),
             tables=[*failed, *tables],
-            commands=commands,
+            commands=[shlex.join(["trackmark", *command]) for command in commands],
         )
         terms = [f"{name}: {text}" for name, text in GLOSSARY.items()]
         glossary = card(

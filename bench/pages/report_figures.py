@@ -1,7 +1,6 @@
 """Figures that are written next to a page: its charts, curves of metrics and film strips."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -12,66 +11,57 @@ from matplotlib.projections.polar import PolarAxes
 from trackmark.bench.analysis.attribute_plot import plot_attributes
 from trackmark.bench.analysis.by_annotation import MIN_AXES, AnnotationReport
 from trackmark.bench.analysis.by_attribute import AttributeReport
-from trackmark.bench.analysis.by_metrics import TableWithCurves
+from trackmark.bench.analysis.by_metrics import MetricScores
 from trackmark.bench.analysis.film_strips import TRAJECTORY_LABELS, write_strips
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import heading
 from trackmark.bench.output_files import write_file
-from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.store.runs import Runs
+from trackmark.bench.pages.report import ReportPage
 from trackmark.reports.charts import Chart, Line
 from trackmark.reports.figures import add_legend, bare_figure, named_line, save_figure
 from trackmark.reports.plots import chart_plot
 
 
-@dataclass(frozen=True)
-class FigureFiles:
-    """Requested figures.
+def write_figures(
+    page: ReportPage,
+    folder: Path,
+    title: str,
+    suffix: str,
+    on_message: Callable[[str], None],
+    with_curves: Sequence[MetricScores] = (),
+    by_attribute: Sequence[AttributeReport] = (),
+    annotated: Sequence[AnnotationReport] = (),
+) -> list[Path]:
+    """Draw the charts of a page and all other figures into a folder; return the files.
 
     Plots have the format of `suffix`, such as `.png`; film strips are always PNG. `on_message` gets
     a message on each sequence and on metrics that cannot be drawn. `with_curves`, `by_attribute`
-    and `annotated` select further scores that are also drawn.
+    and `annotated` are further scores that are drawn.
     """
-
-    suffix: str
-    on_message: Callable[[str], None]
-    with_curves: Sequence[TableWithCurves] = ()
-    by_attribute: Sequence[AttributeReport] = ()
-    annotated: Sequence[AnnotationReport] = ()
-
-
-def write_figures(
-    runs: Runs,
-    folder: Path,
-    requested: FigureFiles,
-    title: str,
-    charts: Sequence[Chart],
-    page_runs: PageRuns,
-) -> list[Path]:
-    """Draw the charts of a page and all other figures into a folder; return the files."""
-    sequences = page_runs.sequences
-    revised = [run.player_run.revised for runs in sequences for run in runs.one_pass]
-    has_revised = any(boxes is not None for boxes in revised)
+    trackers = page.runs.trackers
+    runs = [run for sequence in page.runs.sequences for run in sequence.one_pass]
+    has_revised = any(run.revised is not None for run in runs)
     online = f"{title}, {TRAJECTORY_LABELS['online']}" if has_revised else title
-    figures = {chart.figure: chart_plot(chart, online, page_runs.trackers) for chart in charts}
-    for drawn in requested.with_curves:
-        figures |= metric_curves(drawn, page_runs.trackers, requested.on_message)
-    for table, measure, curves in requested.by_attribute:
+    charts = (*page.curves, *page.speed, *page.survival)
+    figures = {chart.figure: chart_plot(chart, online, trackers) for chart in charts}
+    for scored in with_curves:
+        figures |= metric_curves(scored, trackers, on_message)
+    for table, measure, curves in by_attribute:
         if curves:
             figures[table.name] = plot_attributes(curves, measure, title)
-    for report in requested.annotated:
+    for report in annotated:
         if report.scores and len(report.headings) >= MIN_AXES:
             scores, headings = report.scores, report.headings
             figures[report.table.name] = _radar_plot(scores, headings, report.quantity, title)
     paths = [
-        write_file(folder / f"{name}{requested.suffix}", partial(save_figure, figure=figure))
+        write_file(folder / f"{name}{suffix}", partial(save_figure, figure=figure))
         for name, figure in figures.items()
     ]
-    return paths + write_strips(runs, folder, requested.on_message, page_runs.trackers)
+    return paths + write_strips(page.stored_runs, folder, on_message, trackers)
 
 
 def metric_curves(
-    scored: TableWithCurves, trackers: Sequence[str], on_message: Callable[[str], None]
+    scored: MetricScores, trackers: Sequence[str], on_message: Callable[[str], None]
 ) -> Mapping[str, Figure]:
     """Draw the curves of metrics."""
     if scored.curves and not any(scored.curves.values()):

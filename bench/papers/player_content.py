@@ -10,8 +10,8 @@ import numpy as np
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
-from trackmark.bench.pages.page_frames import Progress
-from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
+from trackmark.bench.pages.page_frames import Progress, with_frames
+from trackmark.bench.pages.player_runs import PageRuns, collect_runs
 from trackmark.bench.papers.cases import Case, cases
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
@@ -70,7 +70,7 @@ def player_content(
     links |= {run: position for run in runs if (position := _position(run, reading, context))}
     limit = MAX_QUICK_SECONDS if context.options.quick else MAX_SECONDS
     frames = _frames(reading, list(links.values()), limit)
-    sequences = [*player_sequences(reading, progress, selected=frames)] if stored_runs else []
+    sequences = with_frames(reading.sequences, progress, selected=frames)
     return PlayerContent(reading, sequences, links)
 
 
@@ -90,12 +90,12 @@ def _frames(
     for reach in REACHES:
         sets: list[set[int]] = [set() for _ in reading.sequences]
         for position in positions:
-            last = len(reading.sequences[position.sequence].truth) - 1
+            last = reading.sequences[position.sequence].n_frames - 1
             sets[position.sequence] |= {
                 *range(max(0, position.frame - reach), min(last, position.frame + reach) + 1)
             }
         frames = [*map(sorted, sets)]
-        costs = (sequence_runs.row["reading_seconds"] or 0.0 for sequence_runs in reading.sequences)
+        costs = (sequence.row["reading_seconds"] or 0.0 for sequence in reading.sequences)
         needed = sum(
             cost * len(of_sequence) for cost, of_sequence in zip(costs, frames, strict=True)
         )

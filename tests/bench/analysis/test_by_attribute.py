@@ -96,9 +96,8 @@ def test_table_has_both_ends_and_a_row_of_data_per_bin():
     assert "6 of 6 rows have no curve" in to_text(attribute_table(new_curve(8), OVERLAP))
 
 
-@pytest.mark.parametrize("n", [3, 20])
-def test_plot_has_a_panel_per_attribute(n):
-    curves = new_curve(n)
+def test_plot_has_a_panel_per_attribute():
+    curves = new_curve(20)
     figure = plot_attributes(curves, OVERLAP, "title")
     labels = [axes.get_xlabel() for axes in figure.axes if axes.get_visible()]
     names = dict.fromkeys(entry.attribute for entry in curves)

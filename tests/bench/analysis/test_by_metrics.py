@@ -1,7 +1,5 @@
 """Scores of stored runs by any metrics."""
 
-from dataclasses import replace
-
 import numpy as np
 import pytest
 
@@ -47,7 +45,7 @@ def camshift_runs():
 @pytest.mark.parametrize("name", metrics.names())
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
     preset = metrics.find_metrics(name)
-    scored = MetricScores(stored, name, ONE_PASS, "T").table_with_curves()
+    scored = MetricScores(stored, name, ONE_PASS, "T")
     means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
     measures = set(scored.table.data["measure"])
     assert measures == (
@@ -87,7 +85,7 @@ def test_preset_curves_are_drawn(stored):
     names = ["metrics-vot-anchor-eao", "metrics-vot-anchor-accuracy-robustness"]
     assert list(metric_curves(scored, ["static", "camshift"], pytest.fail)) == names
     messages = []
-    scored = replace(scored, curves={name: {} for name in scored.curves})
+    scored.curves = {name: {} for name in scored.curves}
     assert metric_curves(scored, ["static"], messages.append) == {}
     (message,) = messages
     assert message.endswith("there is no tracker all of whose runs vot-anchor can score.")

@@ -58,10 +58,7 @@ def test_failed_centre_error_is_bounded_without_an_image_size(stored):
     assert scores["centre_error"] == hypot(*corners.max(axis=0))
 
 
-WITHOUT_SEGMENTS = [n for n in metrics.names() if metrics.find_metrics(n).run_kind != "anchors"]
-
-
-@pytest.mark.parametrize("name", WITHOUT_SEGMENTS)
+@pytest.mark.parametrize("name", ["otb", "vot-supervised", "long-term"])
 def test_failed_runs_have_the_worst_scores_of_presets(stored, name):
     run, truth = failed_run(stored)
     preset = metrics.find_metrics(name)
@@ -97,7 +94,7 @@ def test_runs_without_worst_score_are_unchanged(stored):
     assert unscored["failures"][unscored["status"] == "failed"].isna().all()
 
 
-SCORES = {"native": "mean_overlap", "otb": "success_auc", "got10k": "ao"}
+SCORES = {"native": "mean_overlap", "otb": "success_auc"}
 
 
 @pytest.mark.parametrize("name", SCORES)

@@ -6,12 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from trackmark.bench.analysis.score_tables import (
-    Uncertainty,
-    sequence_table,
-    summary_table,
-    with_not_run,
-)
+from trackmark.bench.analysis.score_tables import mean_table, sequence_table, with_not_run
 from trackmark.reports.renderers import to_csv
 from trackmark.reports.tables import ScoreMeasure
 
@@ -37,14 +32,8 @@ def texts(table):
     return [[cell.text for cell in row] for row in table.rows]
 
 
-def mark_best(values, measure):
-    """Mark the best mean; no intervals."""
-    means = values.mean(axis=1) * (1 if measure.direction == "higher" else -1)
-    return Uncertainty([None] * len(means), [len(means) > 1 and m == means.max() for m in means])
-
-
-def summary(rows, measures=(OVERLAP,), title="T"):
-    return summary_table(runs(*rows), measures, title, "native", mark_best)
+def summary(rows, measures=(OVERLAP,)):
+    return mean_table(runs(*rows), measures, "T", "native")
 
 
 def sequences(rows, measures=(OVERLAP,)):
@@ -71,38 +60,15 @@ def test_missing_and_stale_runs_make_mean_missing(status):
     assert table.notes[0].startswith(f"{status}: a, 1 ")
 
 
-def test_failed_runs_without_score_make_mean_missing():
+def test_failed_runs_count_if_they_have_a_score():
     failed = ("a", "s", 1, "failed", np.nan, np.nan)
     table = summary([done("a", "s", 0, 0.2), failed, done("b", "s", 0, 0.5)])
     assert texts(table) == [["a", "— (1 of 2 failed)"], ["b", "0.500"]]
     assert table.notes == ["a: 1 of 2 runs failed: sequence s, ValueError: why"]
-
-
-def test_failed_runs_with_score_count():
-    failed = ("a", "s", 1, "failed", 0.0, 9.0)
-    table = sequences([done("a", "s", 0, 0.2), failed])
+    table = sequences([done("a", "s", 0, 0.2), (*failed[:4], 0.0, 9.0)])
     assert table.rows[0][2].text.startswith("0.100")
-    assert table.notes == [
-        "a: 1 of 2 runs failed (counted as the worst score): sequence s, ValueError: why"
-    ]
-
-
-def test_summary_averages_over_units_and_shows_their_intervals():
-    rows = [
-        done("a", name, 0, overlap) for name, overlap in zip("stu", (0.2, 0.4, 0.9), strict=True)
-    ]
-    frame = runs(*rows).assign(unit=["x", "x", "y"])
-    seen = []
-
-    def interval(values, measure):
-        seen.append(values.tolist())
-        return Uncertainty([(0.25, 0.95)], [False])
-
-    table = summary_table(frame, (OVERLAP,), "T", "native", interval, "Meaning.")
-    assert seen == [[[pytest.approx(0.3), 0.9]]]
-    assert texts(table) == [["a", "0.600 [0.250, 0.950]"]]
-    assert table.data[["low", "high"]].to_numpy().tolist() == [[0.25, 0.95]]
-    assert table.caption.endswith("in 2 units, each counting once; metrics native. Meaning.")
+    note = "a: 1 of 2 runs failed (counted as the worst score): sequence s, ValueError: why"
+    assert table.notes == [note]
 
 
 def test_tracker_without_sequence_has_no_mean_and_no_row():
@@ -116,7 +82,7 @@ def test_tracker_without_sequence_has_no_mean_and_no_row():
 def test_malformed_boxes_are_counted_by_tracker():
     frame = runs(done("a", "s", 0, 0.5), done("a", "s", 1, 0.5), done("b", "s", 0, 0.5))
     frame["malformed_boxes"] = [2.0, 1.0, 0.0]
-    (note,) = summary_table(frame, (OVERLAP,), "T", "native").notes
+    (note,) = mean_table(frame, (OVERLAP,), "T", "native").notes
     assert note == "malformed: a, 3 boxes not finite with a positive size: misses"
 
 
@@ -124,21 +90,12 @@ def test_missing_score_makes_mean_missing():
     assert texts(summary([done("a", "s", 0, np.nan), done("a", "s", 1, 0.5)])) == [["a", "—"]]
 
 
-def test_complete_adds_only_missing_pairs():
+def test_pairs_without_a_run_are_added():
     full = runs(done("a", "s", 0, 0.1), done("b", "s", 0, 0.1))
     assert with_not_run(full) is full
     added = with_not_run(runs(done("a", "s", 0, 0.1), done("b", "t", 0, 0.1)))
-    statuses = added.groupby(["tracker", "sequence"])["status"].first()
-    assert statuses.to_dict() == {
-        (tracker, sequence): "finished" if tracker + sequence in ("as", "bt") else "not run"
-        for tracker in "ab"
-        for sequence in "st"
-    }
-
-
-def test_sequence_table_has_no_marks():
-    table = sequences([done("a", "s", 0, 0.9), done("b", "s", 0, 0.8)])
-    assert not any(cell.is_best for row in table.rows for cell in row)
+    absent = added.loc[added["status"] == "not run", ["tracker", "sequence"]].to_numpy().tolist()
+    assert absent == [["a", "t"], ["b", "s"]]
 
 
 def test_cells_show_totals_of_counts_and_scaled_values():

@@ -6,7 +6,8 @@ import pytest
 
 from tests.bench.analysis.conftest import compare
 from trackmark.bench.analysis.comparison_tables import files
-from trackmark.bench.analysis.run_tables import SUMMARY, score_tables, uncertainty_of
+from trackmark.bench.analysis.run_tables import SUMMARY, score_tables
+from trackmark.bench.analysis.score_tables import intervals_and_marks
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.reports.renderers import to_html, to_latex, to_markdown, to_text
 from trackmark.reports.tables import ScoreMeasure
@@ -18,18 +19,18 @@ EASE = np.linspace(0.3, 0.8, 8)
 
 
 def test_marks_and_intervals_follow_the_shared_rules():
-    (interval,), marks = uncertainty_of(EASE[None], HIGHER)
-    assert (interval, marks) == (mean_interval(EASE), [False])
+    intervals, marks = intervals_and_marks(EASE[None], HIGHER)
+    assert (intervals.tolist(), marks.tolist()) == ([[*mean_interval(EASE)]], [False])
     noise = np.array([0.03, -0.02, 0.01, -0.03, 0.02, -0.01, 0.02, -0.025])
     values = np.array([EASE, EASE + noise, EASE - 0.2])
-    assert uncertainty_of(values, HIGHER).marks == [True, True, False]
-    assert uncertainty_of(values, LOWER).marks == [False, False, True]
-    assert uncertainty_of(values, NEITHER).marks == [False] * 3
-    few = values[:, :5]
-    assert uncertainty_of(few, HIGHER) == ([None] * 3, [False] * 3)
+    expected = {HIGHER: [True, True, False], LOWER: [False, False, True], NEITHER: [False] * 3}
+    for measure, marked in expected.items():
+        assert intervals_and_marks(values, measure)[1].tolist() == marked
     values[0, 0] = np.inf
-    intervals, marks = uncertainty_of(values, LOWER)
-    assert (intervals[0], marks[0]) == (None, False)
+    for array, trackers in ((values[:, :5], [0, 1, 2]), (values, [0])):
+        intervals, marks = intervals_and_marks(array, LOWER)
+        assert np.isnan(intervals[trackers]).all()
+        assert not marks[trackers].any()
 
 
 def frame(tracker, overlap, protocol="one-pass", n=2, **more):
@@ -85,9 +86,8 @@ def compared(n, spread, generator):
     return pd.DataFrame(rows)
 
 
-@pytest.mark.parametrize("spread", [0.005, 0.05, 0.15])
-@pytest.mark.parametrize("sequences", [5, 6, 12])
-def test_summary_has_marks_of_comparison(spread, sequences):
+@pytest.mark.parametrize(("sequences", "spread"), [(5, 0.05), (6, 0.15), (12, 0.005)])
+def test_summary_has_marks_of_comparison(sequences, spread):
     runs = compared(sequences, spread, np.random.default_rng(sequences))
     summary, _ = score_tables(runs, runs[:0], "T")
     standings, *_ = files(compare(runs, SUMMARY[0]))

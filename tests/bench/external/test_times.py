@@ -8,7 +8,7 @@ import trackmark as tm
 from trackmark.bench.analysis.run_summary import summarise, summarise_times
 from trackmark.bench.analysis.run_tables import tables
 from trackmark.bench.evaluation.loop import evaluate_run
-from trackmark.bench.pages.report import Commands, write_report_page
+from trackmark.bench.pages.report import ReportPage
 from trackmark.bench.store.runs import Runs
 
 WAITING = """
@@ -91,7 +91,7 @@ def test_clocks_and_notes_are_shown_with_times(waiting, folder, run_trial):
     assert any(line.startswith("waits: ") for line in summarise(runs).lines())
     assert note in str(tm.compare(tm.load_runs(results))).splitlines()
     page = folder / "page.html"
-    write_report_page(runs, page, [], "", Commands(), lambda *_: None)
+    ReportPage(runs, []).write(page, "", lambda *_: None)
     assert note in page.read_text()
 
 

@@ -10,10 +10,9 @@ import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_tables import tables
-from trackmark.bench.pages.report import Commands, write_report_page
+from trackmark.bench.pages.report import ReportPage
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs
-
 
 DEFAULTS = {"has_revised": False, "failure": "", "is_ellipse": False, "maps": [], "numbers": False}
 DEFAULTS |= {"start": 0, "start_label": "", "scored": [], "restarts": []}
@@ -99,13 +98,9 @@ def data_of(text):
 
 def write_experiment_page(experiment, folder, report_tables=None, **options):
     """Write the page of an experiment, by default with its own tables."""
-    commands, path = Commands(str(experiment)), folder / "report.html"
     runs = Runs.open(experiment)
-    report_tables = tables(runs) if report_tables is None else report_tables
-    paths = write_report_page(
-        runs, path, report_tables, "Trial", commands, lambda *_: None, **options
-    )
-    return paths[0]
+    page = ReportPage(runs, tables(runs) if report_tables is None else report_tables)
+    return page.write(folder / "report.html", "Trial", lambda *_: None, **options)[0]
 
 
 def stored_runs(experiment, **fields):
