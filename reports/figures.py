@@ -112,7 +112,7 @@ def draw_line(
     axes.plot(np.asarray(x), np.asarray(y), **named_line(label, position), **options)
 
 
-def fold(text: str, width: int) -> str:
+def fold(label: str, width: int) -> str:
     """Break a text after colons, slashes and spaces into lines of about `width` characters.
 
     Dollar signs are escaped, as Matplotlib would parse a formula. Control characters, and
@@ -121,7 +121,7 @@ def fold(text: str, width: int) -> str:
     lines = [""]
     drawable = "".join(
         sign if ord(sign) in _font_characters() or sign.isspace() else f"\\u{ord(sign):04x}"
-        for sign in printable(text)
+        for sign in printable(label)
     )
     for word in re.split(r"(?<=[:/ ])", drawable.replace("$", r"\$")):
         if lines[-1] and len(lines[-1]) + len(word.rstrip()) > width:

@@ -20,8 +20,9 @@ TRUTH = "ground truth"
 
 BACKGROUND = 16  # grey level around images
 
-DEFAULT_WIDTH = 1680  # of a film strip [px]
-MAX_COLUMNS = 5  # of a film strip
+STRIP_WIDTH = 1680
+"""Approximate width of a film strip [px]."""
+
 _GAP = 4  # between the frames of a film strip [px]
 
 _FONT = cv2.FONT_HERSHEY_SIMPLEX
@@ -164,35 +165,29 @@ def evenly_spaced(first: int, last: int, count: int) -> list[int]:
 def film_strip(
     image_of: Callable[[int], NDArray[np.uint8]],
     frames: Sequence[int],
-    boxes: Mapping[str, NDArray[np.float64] | Mapping[int, NDArray[np.float64]]],
+    boxes: Mapping[str, NDArray[np.float64]],
     title: str = "",
-    columns: int = MAX_COLUMNS,
-    width: int = DEFAULT_WIDTH,
+    columns: int = 5,
     *,
-    shape: Shape = "box",
     shades: Mapping[str, str] | None = None,
-    remarks: Mapping[int, str] | None = None,
     lines_of: Callable[[int], Mapping[str, NDArray[np.float64]]] = lambda _: {},
 ) -> NDArray[np.uint8]:
     """Return a film strip: a BGR image, uint8 (height, width, 3).
 
     `image_of`: function that returns the BGR image of a frame. `frames`: frames, at least one.
-    `boxes`: boxes (n, 4) by label, one row per frame, or contours by frame; see `overlay`.
-    `title`: text above the strip. `columns`: maximum number of frames in a row. `width`:
-    approximate width [px]. `shades`: colours `#rrggbb` by label; by order of the labels by default.
-    `remarks`: text after the frame number. `lines_of`: function of the frame number that returns
-    further outlines by label; see `overlay`.
+    `boxes`: boxes (n, 4) by label, one row per frame. `title`: text above the strip. `columns`:
+    maximum number of frames in a row. `shades`: colours `#rrggbb` by label; by order of the labels
+    by default. `lines_of`: function of the frame number that returns outlines by label; see
+    `overlay`.
     """
     columns = min(columns, len(frames))
-    remarks = remarks or {}
     shades = shades or colours([label for label in boxes if label != TRUTH])
     tiles = []
     for frame in frames:
         image = image_of(frame)
-        scale = (width - _GAP * (columns - 1)) / columns / image.shape[1]
+        scale = (STRIP_WIDTH - _GAP * (columns - 1)) / columns / image.shape[1]
         frame_boxes = {label: rows[frame] for label, rows in boxes.items()}
-        caption = f"{frame} {remarks.get(frame, '')}".strip()
-        tiles.append(overlay(image, frame_boxes, shades, scale, caption, shape, lines_of(frame)))
+        tiles.append(overlay(image, frame_boxes, shades, scale, str(frame), lines=lines_of(frame)))
     height, wide = tiles[0].shape[:2]
     title_height, n_rows = 28 if title else 0, -(-len(tiles) // columns)
     size = title_height + n_rows * (height + _GAP), columns * (wide + _GAP) - _GAP

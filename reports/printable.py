@@ -44,58 +44,58 @@ def columns(stream: TextIO | None = None) -> int:
     return n_columns or MAX_WIDTH
 
 
-def printable(text: str) -> str:
+def printable(foreign: str) -> str:
     r"""Return the text with control characters as `\u001b`; line ends and tabs are kept.
 
     >>> printable("\x1b[31mred\n")
     '\\u001b[31mred\n'
     """
-    return _CONTROL.sub(_escaped, text)
+    return _CONTROL.sub(_escaped, foreign)
 
 
-def one_line(text: str) -> str:
+def one_line(foreign: str) -> str:
     r"""Return the text with control characters, tabs and line ends as `\u000a`.
 
     >>> one_line("two\nlines")
     'two\\u000alines'
     """
-    return _CONTROL_OR_BREAK.sub(_escaped, text)
+    return _CONTROL_OR_BREAK.sub(_escaped, foreign)
 
 
-def to_xml(text: str) -> str:
+def to_xml(foreign: str) -> str:
     r"""Return the text with the characters that XML 1.0 cannot hold as `\u0000`.
 
     >>> to_xml("\x00\ufffe")
     '\\u0000\\ufffe'
     """
-    return _NONCHARACTER.sub(_escaped, printable(text))
+    return _NONCHARACTER.sub(_escaped, printable(foreign))
 
 
-def wrap(text: str, stream: TextIO | None = None) -> str:
+def wrap(paragraph: str, stream: TextIO | None = None) -> str:
     """Wrap a text to the terminal, at most `MAX_WIDTH`, without breaking names and numbers.
 
     The text is indented like its first line. A text after a label and two spaces is indented to the
     right of the label. `stream`: as in `columns`.
     """
-    return _wrap_longer_lines(text, MAX_WIDTH, columns(stream))
+    return _wrap_longer_lines(paragraph, MAX_WIDTH, columns(stream))
 
 
-def wrap_cut_lines(text: str) -> str:
+def wrap_cut_lines(paragraphs: str) -> str:
     """Wrap lines that the terminal would cut in the middle of a word.
 
     JSON and rows of tables are kept: wrapped cells would stand below other cells.
     """
-    return _wrap_longer_lines(text, columns(), columns(), but=_JSON_OR_CELLS)
+    return _wrap_longer_lines(paragraphs, columns(), columns(), but=_JSON_OR_CELLS)
 
 
 def _wrap_longer_lines(
-    text: str, limit: int, available: int, but: re.Pattern[str] | None = None
+    paragraphs: str, limit: int, available: int, but: re.Pattern[str] | None = None
 ) -> str:
     text_width = max(_MIN_WIDTH, min(MAX_WIDTH, available))
     limit = min(limit, available)
     return "\n".join(
         line if len(line) <= limit or (but and but.match(line)) else _fill(line, text_width)
-        for line in text.split("\n")
+        for line in paragraphs.split("\n")
     )
 
 

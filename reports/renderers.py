@@ -5,7 +5,7 @@ import json
 import re
 import textwrap
 import unicodedata
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from itertools import chain, groupby
 from math import inf
@@ -58,8 +58,8 @@ def to_csv(table: Table) -> str:
 
 def _values(table: Table) -> pd.DataFrame:
     """Return the data of a table; a table without data has the texts of its cells."""
-    if len(table.data) or not table.rows:
-        return table.data
+    if len(table.records) or not table.rows:
+        return table.records
     headings = table.headings
     if len({*headings} - {""}) < len(headings):  # headings can be empty or equal
         headings = [f"{number} {heading}".strip() for number, heading in enumerate(headings, 1)]
@@ -165,17 +165,17 @@ def _column(heading: str, cells: list[Cell], alone: list[bool], *, is_text: bool
     return [_pad(line, widest, left=is_text) for line in (*headings, "-" * widest, *lines)]
 
 
-def _width(text: str) -> int:
+def _width(line: str) -> int:
     """Return the number of terminal columns of a text."""
     return sum(
         0 if unicodedata.combining(sign) else 1 + (unicodedata.east_asian_width(sign) in "WF")
-        for sign in text
+        for sign in line
     )
 
 
-def _pad(text: str, width: int, *, left: bool) -> str:
-    gap = " " * (width - _width(text))
-    return text + gap if left else gap + text
+def _pad(line: str, width: int, *, left: bool) -> str:
+    gap = " " * (width - _width(line))
+    return line + gap if left else gap + line
 
 
 def _cells(table: Table, escaped: Callable[[str], str], bold: str) -> list[list[str]]:
@@ -190,23 +190,23 @@ def _to_csv_value(value: object) -> object:
     """Return a number unchanged; protect a text from evaluation by a spreadsheet."""
     if not isinstance(value, str):
         return value
-    text = one_line(value)
-    return f"'{text}" if _FORMULA.match(text) and not _NUMBER.fullmatch(text) else text
+    line = one_line(value)
+    return f"'{line}" if _FORMULA.match(line) and not _NUMBER.fullmatch(line) else line
 
 
-def in_markdown(text: str) -> str:
+def in_markdown(foreign: str) -> str:
     """Escape a text for Markdown."""
     # Brackets are escaped only if they could form a link: those around units stay readable.
-    return re.sub(r"(^\[|[\\|*_`<~]|&(?=[#\w]+;)|\](?=[(\[]))", r"\\\1", one_line(text))
+    return re.sub(r"(^\[|[\\|*_`<~]|&(?=[#\w]+;)|\](?=[(\[]))", r"\\\1", one_line(foreign))
 
 
-def _in_html(text: str) -> str:
-    return html.escape(one_line(text))
+def _in_html(foreign: str) -> str:
+    return html.escape(one_line(foreign))
 
 
-def in_latex(text: str) -> str:
+def in_latex(foreign: str) -> str:
     """Escape a text for LaTeX."""
-    escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(text))
+    escaped = "".join(_LATEX.get(sign, sign) for sign in one_line(foreign))
     return _UNPRINTABLE.sub(lambda sign: rf"\textbackslash{{}}u{ord(sign[0]):04x}", escaped)
 
 
@@ -235,23 +235,23 @@ def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
     may_group, grouped = table.n_labels == 2 and shared, False
-    left_out: list[int] = []
+    kept = list(range(len(table.headings)))
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
     while _is_too_wide(narrow):
         if may_group and not grouped:
             grouped = True
         elif len(order) > _MIN_COLUMNS and not all_columns:
-            left_out.append(order.pop() + table.n_labels)
+            kept.remove(order.pop() + table.n_labels)
         else:
             break
-        narrow = _without_columns(shortened, left_out, grouped=grouped)
-    omitted = "; ".join(table.headings[column] for column in sorted(left_out))
+        narrow = _with_columns(shortened, kept, grouped=grouped)
+    omitted = "; ".join(name for i, name in enumerate(table.headings) if i not in kept)
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
     paragraphs = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
     if _is_too_wide(narrow) and not grouped and 2 * max(map(_width, _labels(table))) > width():
-        narrow, left_out = _labels_above(shortened), []
-    parts = _side_by_side(narrow) if _is_too_wide(narrow) else [narrow]
-    rows = [line for part in parts for line in _lines(part) if line.strip("- ")]
+        narrow = _labels_above(shortened)
+    tables = _side_by_side(narrow) if _is_too_wide(narrow) else [narrow]
+    rows = [line for part in tables for line in _lines(part) if line.strip("- ")]
     return [*paragraphs[0], *rows, *chain(*paragraphs[1:])]
 
 
@@ -276,18 +276,13 @@ def _labels_above(table: Table) -> Table:
 
 def _side_by_side(table: Table) -> list[Table]:
     """Return tables with the same rows that together have all columns, as many each as fit."""
-    parts: list[list[int]] = [[]]
+    labels = list(range(table.n_labels))
+    groups: list[list[int]] = [labels]
     for column in range(table.n_labels, len(table.headings)):
-        if parts[-1] and _is_too_wide(_with_scores(table, [*parts[-1], column])):
-            parts.append([])
-        parts[-1].append(column)
-    return [_with_scores(table, part) for part in parts]
-
-
-def _with_scores(table: Table, columns: list[int]) -> Table:
-    """Return the table with its labels and some other columns."""
-    left_out = {*range(table.n_labels, len(table.headings))} - {*columns}
-    return _without_columns(table, left_out, grouped=False)
+        if groups[-1] != labels and _is_too_wide(_with_columns(table, [*groups[-1], column])):
+            groups.append(labels)
+        groups[-1] = [*groups[-1], column]
+    return [_with_columns(table, columns) for columns in groups]
 
 
 def _lines(table: Table) -> list[str]:
@@ -306,12 +301,11 @@ def _shorten_reasons(row: list[Cell]) -> list[Cell]:
     return cells
 
 
-def _without_columns(table: Table, left_out: Collection[int], *, grouped: bool) -> Table:
-    """Return the table without some columns.
+def _with_columns(table: Table, columns: list[int], *, grouped: bool = False) -> Table:
+    """Return the table with some columns.
 
     `grouped`: each first label becomes a line of its own, above the rows that have it.
     """
-    columns = [column for column in range(len(table.headings)) if column not in left_out]
     headings = [table.headings[column] for column in columns]
     rows = [[row[column] for column in columns] for row in table.rows]
     if not grouped:

@@ -116,28 +116,28 @@ def _scales(chart: Chart, lines: Sequence[Line], width: int, height: int) -> tup
 def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterator[Markup]:
     """Yield grid lines with their numbers, the names of the axes, and the reference line."""
     (left, right), (bottom, top) = x.pixels, y.pixels
-    grid, texts = "", list[tuple[float, float, str, str]]()
+    grid, labels = "", list[tuple[float, float, str, str]]()
     for tick in y.ticks:
         position = float(y(tick))
         unit = " %" * (tick == y.ticks[-1])
         label = f"{100 * tick:g}{unit}" if chart.is_percent else f"{tick:g}"
         grid += f"M{left:g},{_px(position)}H{right:g}"
-        texts.append((left - 6, position + 4, "end", label))
+        labels.append((left - 6, position + 4, "end", label))
     for tick in x.ticks:
         position = float(x(tick))
         label = _time(tick) if chart.logarithmic else f"{tick:g}"
         grid += f"M{_px(position)},{top:g}V{bottom:g}" * (chart.style == "dots")
-        texts.append((position, bottom + 17, "middle", label))
+        labels.append((position, bottom + 17, "middle", label))
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
-    texts.append(((left + right) / 2, height - 4, "middle", one_line(name)))
+    labels.append(((left + right) / 2, height - 4, "middle", one_line(name)))
     yield Markup('<path class="grid" d="{}"/>').format(grid)
     if chart.reference is not None and x.limits[0] <= chart.reference <= x.limits[1]:
         position = float(x(chart.reference))
         path = f"M{_px(position)},{top:g}V{bottom:g}"
         yield Markup('<path class="reference" d="{}"/>').format(path)
         if chart.reference_label:
-            texts.append((position - 4, bottom - 6, "end", chart.reference_label))
-    for across, down, anchor, label in texts:
+            labels.append((position - 4, bottom - 6, "end", chart.reference_label))
+    for across, down, anchor, label in labels:
         element = Markup('<text x="{}" y="{}" text-anchor="{}">{}</text>')
         yield element.format(_px(across), _px(down), anchor, label)
 
@@ -254,21 +254,16 @@ def _free_name(
     for shift in (0, -14, 14, -28, 28, -42, 42):
         top = down + shift - _HEIGHT / 2
         for left, start, anchor in sides:
-            rectangle = left, top, left + wide, top + _HEIGHT
-            if _is_free(rectangle, frame, occupied):
-                occupied.append(rectangle)
+            right, bottom = left + wide, top + _HEIGHT
+            is_inside = (
+                left >= frame[0] and right <= frame[2] and frame[1] <= top < bottom <= frame[3]
+            )
+            if is_inside and not any(
+                left < x1 and right > x0 and top < y1 and bottom > y0 for x0, y0, x1, y1 in occupied
+            ):
+                occupied.append((left, top, right, bottom))
                 return _NAME.format(index, start, down + shift + 4, anchor, name)
     return Markup("")
-
-
-def _is_free(rectangle: _Rectangle, frame: _Rectangle, occupied: Sequence[_Rectangle]) -> bool:
-    """Return whether a rectangle is inside the frame and touches none of the occupied ones."""
-    left, top, right, bottom = rectangle
-    inside = left >= frame[0] and top >= frame[1] and right <= frame[2] and bottom <= frame[3]
-    return inside and not any(
-        left < other[2] and right > other[0] and top < other[3] and bottom > other[1]
-        for other in occupied
-    )
 
 
 def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:

@@ -4,11 +4,9 @@ import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Literal
 
 import pandas as pd
-
-Direction: TypeAlias = Literal["higher", "lower"]
 
 MISSING = "—"
 
@@ -27,7 +25,7 @@ class ScoreMeasure:
     name: str  # column of the data frame of runs
     title: str  # column heading
     unit: str = ""  # unit of the printed value; empty for pure numbers
-    direction: Direction | None = None  # better values; None if no value is better
+    direction: Literal["higher", "lower"] | None = None  # better values; None if no value is better
     decimals: int = 2  # number of printed decimals
     scale: float = 1.0  # factor from score to printed value (1000 prints seconds as ms)
     out_of: str = ""  # column with the maximum of a count, printed as `k of n`
@@ -61,7 +59,7 @@ class Table:
     n_labels: int  # number of leading columns with the labels of a row
     rows: list[list[Cell]]
     notes: list[str] = field(default_factory=list)  # below the table: failed and missing runs
-    data: pd.DataFrame = field(default_factory=pd.DataFrame)  # one row per value, unrounded
+    records: pd.DataFrame = field(default_factory=pd.DataFrame)  # one row per value, unrounded
     ranks: list[int] = field(default_factory=list)  # `ScoreMeasure.rank` of the score columns
 
 

@@ -77,7 +77,7 @@ def _report(
             for name, row in values.items()
         ],
         notes=notes,
-        data=pd.DataFrame.from_dict(values, "index", columns=list(groups))
+        records=pd.DataFrame.from_dict(values, "index", columns=list(groups))
         .rename_axis("tracker")
         .reset_index(),
     )

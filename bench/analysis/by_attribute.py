@@ -9,7 +9,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from math import inf, isfinite
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -24,9 +24,6 @@ from trackmark.bench.statistics.rules import MIN_UNITS, corrected_level, interva
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs, reopen_sequence
 from trackmark.datasets import SequenceError, attributes
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
-
-if TYPE_CHECKING:
-    pass
 
 Progress = Callable[[int, int], object]
 """Callback with the number of measured frames and the number of all frames."""
@@ -231,7 +228,7 @@ def attribute_table(
         n_labels=2,
         rows=rows,
         notes=notes,
-        data=pd.DataFrame([row for curve in curves for row in _rows(curve)]),
+        records=pd.DataFrame([row for curve in curves for row in _rows(curve)]),
         ranks=[2, 0, 0, 1, 1],
     )
 

@@ -249,10 +249,10 @@ class MetricScores:
             if self._overall:
                 overall = self._overall_table()
                 rows += [[*row[:2], *map(_without_interval, row[2:])] for row in overall.rows]
-                counts = overall.data["tracker"].map(runs["tracker"].value_counts())
-                values.append(overall.data.assign(runs=counts))
+                counts = overall.records["tracker"].map(runs["tracker"].value_counts())
+                values.append(overall.records.assign(runs=counts))
         rows += [[Cell(label), *row] for row in means.rows]
-        values.append(means.data.assign(sequence=label))
+        values.append(means.records.assign(sequence=label))
         columns = [measure.name for measure in self._measures if measure.name not in only_overall]
         scores = runs.loc[counted(runs, self._measures[0].name), columns]
         undefined = f"{MISSING}: undefined in a run; the mean over all sequences omits this run"
@@ -262,7 +262,7 @@ class MetricScores:
             caption=f"{table.caption} {label.capitalize()}: {caption}. {meaning}",
             rows=rows + table.rows,
             notes=[*table.notes, *([undefined] if scores.isna().any(axis=None) else [])],
-            data=pd.concat([*values, table.data], ignore_index=True)[list(table.data)],
+            records=pd.concat([*values, table.records], ignore_index=True)[list(table.records)],
         )
 
     def _overall_table(self) -> Table:

@@ -154,7 +154,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
             }
             for pair in comparison.pairs
         ],
-        "subsets": [*map(_without_gaps, _subset_table(comparison).data.to_dict("records"))],
+        "subsets": [*map(_without_gaps, _subset_table(comparison).records.to_dict("records"))],
         "paragraph": paragraph(comparison),
     }
 
@@ -205,7 +205,7 @@ def standing_table(comparison: Comparison) -> Table:
         rows=rows,
         ranks=ranks,
         notes=notes,
-        data=pd.DataFrame(values).drop(columns="interval"),
+        records=pd.DataFrame(values).drop(columns="interval"),
     )
 
 
@@ -307,7 +307,7 @@ def pair_table(comparison: Comparison) -> Table:
     values = [_pair_data(comparison, pair) | _ends(pair.interval) for pair in comparison.pairs]
     table = _table_of_pairs(comparison, rows)
     notes = _advice_notes(comparison.pairs, comparison.units.plural)
-    return replace(table, caption=caption, data=pd.DataFrame(values), notes=notes)
+    return replace(table, caption=caption, records=pd.DataFrame(values), notes=notes)
 
 
 def _table_of_pairs(comparison: Comparison, rows: list[list[str]]) -> Table:
@@ -378,7 +378,7 @@ def _sequences(comparison: Comparison) -> Table:
         headings=["sequence", *comparison.scores],
         n_labels=1,
         rows=_cells(rows),
-        data=pd.DataFrame(values),
+        records=pd.DataFrame(values),
     )
 
 
@@ -411,7 +411,7 @@ def _subset_table(comparison: Comparison) -> Table:
         headings=["pair", "part", "n", _difference_head(comparison), "95 %"],
         n_labels=2,
         rows=_cells(rows),
-        data=pd.DataFrame(values),
+        records=pd.DataFrame(values),
     )
 
 

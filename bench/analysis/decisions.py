@@ -49,36 +49,41 @@ def answer_of(comparison: Comparison) -> Answer:
 def _sentences(comparison: Comparison, ranked: Sequence[Standing], main: Standing) -> list[str]:
     """Return the heading and, with enough units, a second sentence."""
     title, units = comparison.measure.title, comparison.units
-    few, others = len(units) < MIN_UNITS, [entry for entry in ranked if entry is not main]
+    few, other_trackers = len(units) < MIN_UNITS, [entry for entry in ranked if entry is not main]
     where = f"{'these ' * few}{len(units)} {units.plural}"
     where = f"this {units.unit_kind}" if len(units) == 1 else where
     scope, values = f"{title[:1].upper()}{title[1:]} on {where}", _values(comparison, ranked)
-    if not others:
+    if not other_trackers:
         return [f"{main.tracker} has a {title} of {values[main.tracker]} on {where}."]
     if comparison.published:
         rank = f"{main.tracker} has rank {ranked.index(main) + 1} of {len(ranked)}"
         heading = f"{rank} by {title} on {where}: {values[main.tracker]}."
         if few or not comparison.pairs:
             return [heading]
-        return [heading, f"It is {_relations(_groups(comparison, others), len(others))}."]
+        return [
+            heading,
+            f"It is {_relations(_groups(comparison, other_trackers), len(other_trackers))}.",
+        ]
     if few or not comparison.pairs:
         return [f"{scope}: {_listed(ranked, main, values)}."]
-    groups = _groups(comparison, others)
+    groups = _groups(comparison, other_trackers)
     beaten = groups.get("better", [])
-    if comparison.against or "inconclusive" not in groups or others[0] in beaten:
-        compared = f"{main.tracker} is {_relations(groups, len(others))}"
+    if comparison.against or "inconclusive" not in groups or other_trackers[0] in beaten:
+        compared = f"{main.tracker} is {_relations(groups, len(other_trackers))}"
         return [f"{compared}: {_against(comparison, groups, main, values)}.", f"{scope}."]
     leading = [entry for entry in ranked if entry not in beaten]
     if beaten:
-        scope += f"; {main.tracker} is {_relations({'better': beaten}, len(others))}"
+        scope += f"; {main.tracker} is {_relations({'better': beaten}, len(other_trackers))}"
     return [f"No clear winner: {_listed(leading, main, values)}.", f"{scope}."]
 
 
-def _groups(comparison: Comparison, others: Sequence[Standing]) -> dict[str, list[Standing]]:
+def _groups(
+    comparison: Comparison, other_trackers: Sequence[Standing]
+) -> dict[str, list[Standing]]:
     """Return the other trackers by the decision whether the main one is better."""
     answers = comparison.main_answers
     grouped = {
-        label: [entry for entry in others if answers[entry.tracker][0] == label]
+        label: [entry for entry in other_trackers if answers[entry.tracker][0] == label]
         for label in _RELATIONS
     }
     return {label: group for label, group in grouped.items() if group}
@@ -100,10 +105,10 @@ def _against(
     values: Mapping[str, str],
 ) -> str:
     """Return the value of the main tracker and those of the others in the order of their names."""
-    others = [values[entry.tracker] for group in groups.values() for entry in group]
-    if len(others) <= _MAX_NAMES:
-        return f"{values[main.tracker]} against {_joined(others)}"
-    bound = f" against {others[0]} or {'less' if comparison.sign > 0 else 'more'}"
+    other_values = [values[entry.tracker] for group in groups.values() for entry in group]
+    if len(other_values) <= _MAX_NAMES:
+        return f"{values[main.tracker]} against {_joined(other_values)}"
+    bound = f" against {other_values[0]} or {'less' if comparison.sign > 0 else 'more'}"
     return values[main.tracker] + bound * (groups.keys() == {"better"})
 
 
@@ -158,5 +163,5 @@ def _names(names: Collection[str], if_many: str = "") -> str:
     return _joined(listed)
 
 
-def _joined(texts: Sequence[str]) -> str:
-    return " and ".join(filter(None, [", ".join(texts[:-1]), texts[-1]]))
+def _joined(clauses: Sequence[str]) -> str:
+    return " and ".join(filter(None, [", ".join(clauses[:-1]), clauses[-1]]))

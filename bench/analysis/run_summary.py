@@ -50,16 +50,16 @@ _SHOWN = ["mean_overlap", "success_rate", "centre_error", TIME.name]
 class RunSummary:
     """Answer and table on the one-pass runs of an experiment."""
 
-    answer: Answer
+    sentences: Answer
     failures: list[str]  # lines on failed runs
     table: Table  # a row per tracker, the best mean overlap first
     warnings: list[str]
 
     def lines(self, *, quiet: bool = False) -> list[str]:
         """Return the lines for a terminal; if `quiet`, without the table."""
-        sentences = [self.answer.heading, *([] if quiet else self.answer.details)]
+        printed = [self.sentences.heading, *([] if quiet else self.sentences.details)]
         first_lines = [*self.failures, *([""] if self.failures else [])]
-        first_lines += [line for sentence in sentences for line in wrap(sentence).splitlines()]
+        first_lines += [line for sentence in printed for line in wrap(sentence).splitlines()]
         return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
 
 
@@ -119,11 +119,11 @@ def _table(
     `intervals` are those of the mean overlaps by tracker, `marks` those of the times.
     """
     rows, trackers = [], ranked_trackers(means)
-    lacking = means_by_tracker(means, "mean_overlap")["lacking"]
-    values = means.data.pivot_table("mean", "tracker", "measure", dropna=False)
+    missing_reasons = means_by_tracker(means, "mean_overlap")["lacking"]
+    values = means.records.pivot_table("mean", "tracker", "measure", dropna=False)
     for name in trackers[:MAX_ROWS]:
         mean, success, error, time = map(float, values.loc[name, _SHOWN])
-        missing = f" ({lacking[name]})" if lacking[name] else ""
+        missing = f" ({missing_reasons[name]})" if missing_reasons[name] else ""
         cells = [
             name,
             f"{_value_text(mean, '.2f')}{missing}",
@@ -154,7 +154,9 @@ def summarise_times(runs: Runs) -> list[str]:
     lines = failure_lines(timed, runs.folder)
     table = with_fps(mean_table(timed, TIMES, "", DEFAULT_METRICS), timed)
     table = replace(table, caption="", notes=[*table.notes, *time_notes(timed)])
-    times = table.data[table.data["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
+    times = (
+        table.records[table.records["measure"] == TIME.name].set_index("tracker")["mean"].dropna()
+    )
     if times.empty:
         sentence = "There is no answer: the timing runs failed."
     else:

@@ -106,7 +106,7 @@ def meaning_of_intervals(units: StatisticalUnits) -> str:
 
 def means_by_tracker(summary: Table, measure: str) -> pd.DataFrame:
     """Return the data of a `mean_table` on a measure, with a row per tracker."""
-    return summary.data[summary.data["measure"] == measure].set_index("tracker")
+    return summary.records[summary.records["measure"] == measure].set_index("tracker")
 
 
 def sequence_table(

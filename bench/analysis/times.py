@@ -150,7 +150,7 @@ def with_fps(table: Table, measured: pd.DataFrame) -> Table:
     """
     column, labels = table.headings.index(TIME.heading), table.headings[: table.n_labels]
     marks = {key: time_mark(runs) for key, runs in measured.groupby(labels, observed=True)}
-    times = table.data[table.data["measure"] == TIME.name]  # one value per row of the table
+    times = table.records[table.records["measure"] == TIME.name]  # one value per row of the table
     rows = []
     keys = times[labels].itertuples(index=False, name=None)
     for cells, key, mean in zip(table.rows, keys, times["mean"].tolist(), strict=True):
@@ -160,8 +160,8 @@ def with_fps(table: Table, measured: pd.DataFrame) -> Table:
         rows.append([*cells[:column], time, Cell(_fps(mean)), *cells[column + 1 :]])
     gaps = ["standard_deviation", "low", "high"]
     fps = times.assign(measure="fps", mean=1e3 / times["mean"], **dict.fromkeys(gaps, np.nan))
-    values = pd.concat([table.data, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)
+    values = pd.concat([table.records, fps.set_axis(fps.index + 0.5)]).sort_index(ignore_index=True)
     headings = [*table.headings[: column + 1], "fps", *table.headings[column + 1 :]]
     after = column - table.n_labels + 1
     ranks = [*table.ranks[:after], 0, *table.ranks[after:]] if table.ranks else []
-    return replace(table, headings=headings, rows=rows, data=values, ranks=ranks)
+    return replace(table, headings=headings, rows=rows, records=values, ranks=ranks)

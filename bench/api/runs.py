@@ -65,10 +65,10 @@ class PrintedRuns(Runs):
             raise ValueError(f"per is {per!r}. Expected: 'tracker' or 'sequence'.")
         metrics = self.metrics if metrics is None else metrics_by_name(metrics, self.protocol)
         if per == "sequence":
-            scores = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).data
+            scores = sequence_table(self.scored(metrics), measures_of(metrics), "", metrics).records
             index, columns = ["sequence", "tracker"], {"": "mean"}
         else:
-            scores = self._mean_table(metrics).data
+            scores = self._mean_table(metrics).records
             index, columns = ["tracker"], {"": "mean", "_low": "low", "_high": "high"}
         # `pivot_table` would omit rows of which all scores are NaN.
         wide = scores.set_index([*index, "measure"])[list(columns.values())].unstack("measure")  # noqa: PD010

@@ -233,7 +233,7 @@ def _print_answer(runs: "Runs", options: ReportOptions) -> None:
 
     summary = summarise(runs) if "native" in options.metrics else None
     if summary is not None:
-        for sentence in (summary.answer.heading, *summary.answer.details):
+        for sentence in (summary.sentences.heading, *summary.sentences.details):
             click.echo(f"{in_markdown(sentence)}\n")
 
 

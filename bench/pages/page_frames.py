@@ -53,9 +53,15 @@ def with_frames(
         encoded = map_in_workers(encode, requests, min(os.cpu_count() or 1, len(rows)))
     filled = []
     for sequence, frames, end, fields in zip(sequences, frames_of, ends, encoded, strict=True):
-        numbers = None if len(frames) == sequence.n_frames else frames
+        is_complete = len(frames) == sequence.n_frames
         shapes = {**fields.get("shapes", {}), **sequence.shapes}
-        filled.append(replace(sequence, frame_numbers=numbers, **{**fields, "shapes": shapes}))
+        filled.append(
+            replace(
+                sequence,
+                frame_numbers=None if is_complete else frames,
+                **{**fields, "shapes": shapes},
+            )
+        )
         progress(end, ends[-1])
     return filled
 

@@ -94,7 +94,7 @@ class ReportPage:
             self.ranking = _compare_published(runs, published)
             self._citation = getattr(published, "citation", "")
             sentences = answer_of(self.ranking)
-        self.answer = Answer(sentences.heading, (*sentences.details, *self._notes()))
+        self.sentences = Answer(sentences.heading, (*sentences.details, *self._notes()))
         unfinished = set(self.scored["tracker"][self.scored["status"] != "finished"].astype(str))
         complete = [name for name in ranked if name not in unfinished]
         self.curves = share_charts(self.runs, complete)
@@ -119,8 +119,8 @@ class ReportPage:
             self.runs.labels,
             sequences,
             meta=self._counts(),
-            heading=self.answer.heading,
-            details=self.answer.details,
+            heading=self.sentences.heading,
+            details=self.sentences.details,
         )
         return write_page(path, page)
 
@@ -186,7 +186,7 @@ class ReportPage:
             yield PageSection("heat", title, [matrix], span=half, nav="Sequences")
         compared = self.comparison
         if compared is not None and compared.pairs:
-            limit = next((text for text in self.answer.details if "too few" in text), "")
+            limit = next((text for text in self.sentences.details if "too few" in text), "")
             pairs, title = pair_differences(compared, runs, limit), "Pairwise comparison"
             yield PageSection("pairs", title, [pairs], span=half, nav="Comparison")
         if self.speed:
@@ -274,7 +274,7 @@ class ReportPage:
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""
-        values, columns = table.data, len(table.headings) - table.n_labels
+        values, columns = table.records, len(table.headings) - table.n_labels
         if "measure" not in values or len(values) != len(table.rows) * columns:
             return PageTable(table)
         criteria = [_worst_frame_criterion(str(name)) for name in values["measure"][:columns]]
@@ -298,7 +298,7 @@ class ReportPage:
         """Mean overlaps with a row per sequence and a column per tracker."""
         if "sequences" not in self.tables:
             return pd.DataFrame()
-        rows = self.tables["sequences"].data
+        rows = self.tables["sequences"].records
         rows = rows[rows["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
         means = rows.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
         trackers = [name for name in self.runs.trackers if name in means]

@@ -113,7 +113,7 @@ def report_data(report: Report, seconds: float) -> dict[str, Any]:
         "quick": report.context.options.quick,
         "seconds": round(seconds, 1),
         "main": [
-            {"caption": table.caption, "rows": table.data.to_dict("records")}
+            {"caption": table.caption, "rows": table.records.to_dict("records")}
             for table in report.main
         ],
         "claims": [row.for_json() for row in report.verdicts],

@@ -131,7 +131,7 @@ def verdict_table(rows: Sequence[VerdictRow]) -> Table:
         headings=headings,
         n_labels=2,
         rows=[[Cell(text) for text in _cell_texts(row)] for row in rows],
-        data=pd.DataFrame([record for row in rows for record in _records(row)]),
+        records=pd.DataFrame([record for row in rows for record in _records(row)]),
     )
 
 

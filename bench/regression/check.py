@@ -231,7 +231,7 @@ def table(result: Check, *, with_identical: bool = False) -> Table:
         rows=[_row(row) for row in [*visible, *result.means]],
         ranks=[1, 2, 0, 3],
         notes=_notes(result, with_identical=with_identical),
-        data=pd.DataFrame([_record(row) for row in result.changes]),
+        records=pd.DataFrame([_record(row) for row in result.changes]),
     )
 
 

@@ -252,7 +252,7 @@ def speed_table(speed_changes: Mapping[str, SpeedChange]) -> Table:
             for label, speed_change in speed_changes.items()
             if speed_change.reason
         ],
-        data=pd.DataFrame(speed_data(speed_changes)),
+        records=pd.DataFrame(speed_data(speed_changes)),
     )
 
 

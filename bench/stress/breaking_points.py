@@ -446,7 +446,7 @@ def _points(result: BreakingPoints) -> Table:
         n_labels=2,
         rows=rows,
         notes=[RULE, end, *(f"{tracker}: {note}" for tracker, note in failures.items())],
-        data=pd.DataFrame(result.points),
+        records=pd.DataFrame(result.points),
         ranks=[0, 1, 2, 4, 3],
     )
 
@@ -485,7 +485,7 @@ def _times(ratio: float) -> str:
 def _runs(result: BreakingPoints) -> Table:
     headings = ["difficulty", "tracker", "sequence", "level", "survived"]
     rows = [[Cell(str(row[heading])) for heading in headings] for row in result.runs]
-    return Table("runs", f"All runs. {RULE}", headings, 3, rows, data=pd.DataFrame(result.runs))
+    return Table("runs", f"All runs. {RULE}", headings, 3, rows, records=pd.DataFrame(result.runs))
 
 
 def write_curves(result: BreakingPoints, folder: Path) -> list[Path]:

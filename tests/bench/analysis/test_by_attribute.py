@@ -91,8 +91,8 @@ def test_table_has_both_ends_and_a_row_of_data_per_bin():
     assert max(map(len, lines)) <= 100
     text = " ".join(lines)
     assert all(word in text for word in ("lowest", "highest", "Bonferroni"))
-    assert len(table.data) == 3 * len(curves)
-    assert table.data["bin_mean"][2] == curves[0].bins[2].mean
+    assert len(table.records) == 3 * len(curves)
+    assert table.records["bin_mean"][2] == curves[0].bins[2].mean
     assert "6 of 6 rows have no curve" in to_text(attribute_table(new_curve(8), OVERLAP))
 
 

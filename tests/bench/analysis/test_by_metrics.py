@@ -46,8 +46,8 @@ def camshift_runs():
 def test_stored_runs_have_scores_of_their_boxes(stored, camshift_runs, name):
     preset = metrics.find_metrics(name)
     scored = MetricScores(stored, name, ONE_PASS, "T")
-    means = scored.table.data.set_index(["sequence", "tracker", "measure"])["mean"]
-    measures = set(scored.table.data["measure"])
+    means = scored.table.records.set_index(["sequence", "tracker", "measure"])["mean"]
+    measures = set(scored.table.records["measure"])
     assert measures == (
         {result.name for result in SUMMARY} if name == "native" else {*preset.metrics}
     )
@@ -99,7 +99,7 @@ def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
         assert "otb cannot score runs of the protocol supervised" in text
         assert "toprule" not in text
         assert "---" not in text
-    assert set(table.data["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}
+    assert set(table.records["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}
 
 
 @pytest.mark.parametrize(("seconds", "late"), [(0.02, 0.0), (0.05, 1.0)])
@@ -107,7 +107,7 @@ def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, l
     protocol = f"real-time:update_seconds={seconds}"
     folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol=protocol)
     (table,) = metric_tables(Runs.open(folder), ["native"]).tables
-    late_rows = table.data[table.data["measure"] == LATE.name]
+    late_rows = table.records[table.records["measure"] == LATE.name]
     assert set(late_rows["sequence"]) > {ALL_SEQUENCES}
     assert late_rows["mean"].tolist() == [late] * 3
     assert table.headings[-1] == "late estimates [%]"

@@ -163,7 +163,7 @@ def test_families_are_units_unless_scenes_are_forced(make_runs):
     assert remedy in " ".join(screen_lines(by_family))
     reason = f"only 2 of 6 families; {remedy}"
     assert as_data(by_family)["pairs"][0]["reason"] == reason
-    assert files(by_family)[1].data["reason"][0] == reason
+    assert files(by_family)[1].records["reason"][0] == reason
     assert files(by_family)[1].rows[0][-1].text == f"inconclusive: {reason}"
     assert by_scene.pairs[0].interval == pytest.approx(mean_interval(differences))
     assert "for new scenes of these sequences only" in " ".join(screen_lines(by_scene))
@@ -311,7 +311,7 @@ def test_parts_are_parameters_of_scenes_averaged_by_unit(make_runs):
     scores = {"a": around([0.5] * 8), "b": around([0.5] * 4 + [0.3] * 4, seed=1)}
     comparison = compare(make_runs(scores, names=names), OVERLAP)
     table = files(comparison)[-1]
-    dim, full = table.data.to_dict("records")
+    dim, full = table.records.to_dict("records")
     assert (table.name, dim["parameter"], dim["value"]) == ("comparison-subsets", "light", "dim")
     assert (full["value"], full["sequences"], len(comparison.units)) == ("full", 4, 4)
     assert full["difference"] == pytest.approx(comparison.pairs[0].differences[4:].mean())
@@ -374,10 +374,10 @@ def test_numbers_are_the_same_in_every_format(make_runs):
     comparison = compare(make_runs(ladder()), OVERLAP)
     data = json.loads(json.dumps(as_data(comparison), allow_nan=False))
     standings, pairs = files(comparison)[:2]
-    assert 0 < pairs.data["p_value"].max() < 0.05
-    assert pairs.data["p_value"].tolist() == [row["p_value"] for row in data["pairs"]]
-    assert standings.data["mean"].tolist() == [row["mean"] for row in data["trackers"]]
-    assert pairs.data["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
+    assert 0 < pairs.records["p_value"].max() < 0.05
+    assert pairs.records["p_value"].tolist() == [row["p_value"] for row in data["pairs"]]
+    assert standings.records["mean"].tolist() == [row["mean"] for row in data["trackers"]]
+    assert pairs.records["low"].tolist() == [row["interval"][0] for row in data["pairs"]]
     assert "c" in to_csv(standings)
     assert data["answer"] == answer_of(comparison).heading
     assert data["answer"].startswith(f"{comparison.main} is better than ")

@@ -101,7 +101,7 @@ SCORES = {"native": "mean_overlap", "otb": "success_auc"}
 def test_tables_count_failed_runs_as_worst(stored, name):
     tables = {table.name: table for table in metric_tables(stored, [name]).tables}
     summary = tables["summary" if name == "native" else f"metrics-{name}"]
-    data = summary.data[summary.data["measure"] == SCORES[name]]
+    data = summary.records[summary.records["measure"] == SCORES[name]]
     means = data.groupby("tracker", sort=False)["mean"].first()
     assert np.isnan(means["broken.py:Knob"])
     assert 0 < means["partly.py:Knob"] < means["static"]

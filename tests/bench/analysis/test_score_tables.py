@@ -103,7 +103,7 @@ def test_cells_show_totals_of_counts_and_scaled_values():
     percent = ScoreMeasure("overlap", "o", "%", "higher", 1, scale=100)
     table = summary([done("a", "s", 0, 0.25)], [percent])
     assert texts(table) == [["a", "25.0"]]
-    assert table.data["mean"].tolist() == [0.25]
+    assert table.records["mean"].tolist() == [0.25]
 
 
 def test_csv_has_unrounded_values_preset_and_totals():

@@ -67,7 +67,7 @@ def test_times_are_of_timing_runs_if_all_trackers_have_them(a, b, times, rates):
     assert summary.headings[-2:] == ["ms/frame", "fps"]
     assert [row[-2].text for row in summary.rows] == times
     assert [row[-1].text for row in summary.rows] == rates
-    fps = summary.data[summary.data["measure"] == "fps"]
+    fps = summary.records[summary.records["measure"] == "fps"]
     assert fps["mean"].tolist() == pytest.approx([1e3 / float(time.lstrip("~")) for time in times])
 
 
@@ -104,7 +104,7 @@ def test_summary_explains_intervals_and_marks_in_every_format():
     assert "**0.900 [0.900, 0.900]**" in to_markdown(summary)
     assert "<b>0.900 [0.900, 0.900]</b>" in to_html(summary)
     assert r"\textbf{0.900 [0.900, 0.900]}" in to_latex(summary)
-    overlap = summary.data[summary.data["measure"] == "mean_overlap"]
+    overlap = summary.records[summary.records["measure"] == "mean_overlap"]
     assert overlap["marked"].tolist() == [True, False]
 
 

@@ -201,10 +201,8 @@ def test_show_live_writes_a_page_of_a_failed_run(trackmark, break_tracker, works
     [
         (("--live", "statik", "data/Small"), "static"),
         (("--live", "static", "data/Smal"), "data/Smal"),
-        (("--live", "", "data/Small"), "the list is empty"),
         (("--live", "static", "data/Small", "--output", "a.png"), "not an .html"),
         (("--live", "static", "data/Small", "--frames", 3), "--frames and --live"),
-        (("--live", "static", "data/Small/img"), "truth"),
         (("data/Small",), "--output"),
     ],
 )

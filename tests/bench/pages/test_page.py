@@ -16,7 +16,7 @@ from trackmark.bench.pages import page as pages
 from trackmark.bench.pages.content import Page, PageSection, PageTable, PlayerSequence, player_link
 from trackmark.bench.pages.page import card, write_page
 from trackmark.bench.pages.player_frames import ABSENT, encode_images, pack_boxes, quantise
-from trackmark.reports.charts import Chart, Line, PlayerPosition
+from trackmark.reports.charts import Chart, Line
 from trackmark.reports.tables import Cell, Table
 
 BOXES = arrays(
@@ -85,13 +85,6 @@ def test_frames_stand_in_chunks_in_order_and_are_not_enlarged():
     assert [decoded(frame).shape for (frame,) in encode_images(images[:1], height=20)] == [
         (20, 30, 3)
     ]
-
-
-def test_link_of_a_position_has_numbers():
-    place = PlayerPosition(0, 3, 2, 7)
-    assert place.link == "#0.3.2.7"
-    assert place._replace(revised=True).link == "#0.3.2.7.0.1"
-    assert place._replace(start=2, show=(0, 4)).link == "#0.3.2.7.2.0.0.4"
 
 
 def test_address_contains_names_unchanged():

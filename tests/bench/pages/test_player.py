@@ -116,11 +116,7 @@ def test_keys_move_by_frames_and_to_failures(opened_page, results):
     assert opened_page.run("byId('player').open && byId('help').hidden")
 
 
-CONTROLS = [
-    "#play", "#curve", "#screen", "#link", "#save", "#help-button", "#curve-kind", "#lens",
-    "#legend button:nth-child(2)", "[data-key=f]", "[data-key=ArrowLeft]",
-    "#repetition",
-]  # fmt: skip
+CONTROLS = ["#play", "#curve", "#screen", "#link", "#legend button:nth-child(2)", "#repetition"]
 
 
 def test_keys_work_after_a_click_on_any_control(opened_page):
@@ -242,9 +238,7 @@ def test_player_switches_to_revised_boxes(opened_page, results):
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)
 
 
-@pytest.mark.parametrize(
-    ("width", "height"), [(1366, 768), (1920, 1080), (390, 844), (844, 390), (1280, 500)]
-)
+@pytest.mark.parametrize(("width", "height"), [(1920, 1080), (390, 844), (844, 390)])
 def test_frame_keeps_aspect_ratio_and_fills_space(opened_page, width, height):
     opened_page.size(width, height, mobile=width < 900)
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
@@ -301,7 +295,6 @@ def test_link_to_missing_item_shows_message(opened_page):
     for query, message in (
         ({"tracker": "none <b>", "frame": 3}, "This sequence has no tracker none <b>."),
         ({"repetition": 77, "frame": 6000}, "This sequence has no repetition 77. This sequence"),
-        ({"frame": 6000}, "This sequence has no frame 6000."),
         ({"frame": "x"}, "This sequence has no frame x."),
         ({"start": 3, "frame": 3}, "This sequence has no start 3."),
         ({"show": "7.x", "frame": 3}, "This sequence has no tracker 7.x."),
@@ -371,20 +364,15 @@ def test_timeline_marks_success_failure_and_loss(opened_page):
     opened_page.wait(
         f"{strip}.length === 20 && {strip}.filter((one) => one.className).length === 1"
     )
-    opened_page.run(f"{strip}[10].click()")
-    opened_page.wait(f"paintedFrame === {strip}[10].frame && {strip}[10].className === 'on'")
-
-
-def test_curve_has_numbers_of_overlap_or_error(opened_page):
-    open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)
     opened_page.run(
         "window.texts = []; { const before = curvePen.fillText; curvePen.fillText = function"
-        " (...given) { texts.push(given[0]); before.apply(this, given); }; } 0"
+        " (...given) { texts.push(given[0]); before.apply(this, given); }; } drawCurve(); 0"
     )
-    opened_page.run("drawCurve()")
     assert {"0", "0.5", "1", "20", "40", "overlap"} <= {*opened_page.run("texts.splice(0)")}
     opened_page.key("e")
     assert "centre error [px]" in opened_page.wait("texts.length && texts")
+    opened_page.run(f"{strip}[10].click()")
+    opened_page.wait(f"paintedFrame === {strip}[10].frame && {strip}[10].className === 'on'")
 
 
 @pytest.mark.slow
@@ -488,7 +476,7 @@ follow(); 0"""
 """Gives the sequence two dozen trackers."""
 
 
-@pytest.mark.parametrize(("width", "height"), [(390, 667), (768, 1024), (1280, 720)])
+@pytest.mark.parametrize(("width", "height"), [(390, 667), (1280, 720)])
 def test_legend_of_many_trackers_scrolls_to_the_chosen_one(opened_page, width, height):
     opened_page.size(width, height, mobile=width < 400)
     open_frame(opened_page, sequence=canonical_name(FIRST), frame=3)

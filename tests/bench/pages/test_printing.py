@@ -52,12 +52,12 @@ def tables(tmp_path_factory):
 
 @pytest.fixture
 def on_paper(chromium):
-    """Provide `on_paper(page)`, which opens a page with its print layout."""
+    """Provide `on_paper(page)`, which opens a page with its print layout, in dark mode."""
 
-    def on_paper(page, *, dark=False):
+    def on_paper(page):
         chromium.open(page.as_uri())
         chromium.size(LINE, 900)
-        features = [{"name": "prefers-color-scheme", "value": "dark" if dark else "light"}]
+        features = [{"name": "prefers-color-scheme", "value": "dark"}]
         chromium.call("Emulation.setEmulatedMedia", media="print", features=features)
         chromium.run("dispatchEvent(new Event('beforeprint'))")
         return chromium
@@ -67,9 +67,8 @@ def on_paper(chromium):
     chromium.call("Emulation.setEmulatedMedia", media="")
 
 
-@pytest.mark.parametrize("dark", [False, True])
-def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables, dark):
-    printed = on_paper(tables, dark=dark)
+def test_paper_has_whole_tables_and_charts_on_light_ground(on_paper, tables):
+    printed = on_paper(tables)
     assert printed.run(STICKING_OUT) == []
     assert printed.run(CUT) == []
     assert printed.run("document.querySelectorAll('figure.chart > svg').length") == 6

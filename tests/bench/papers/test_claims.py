@@ -349,7 +349,7 @@ def test_sum_line_equals_a_recount_of_the_table():
         "as-written": "Main results reproduced: 1 of 2 (1 by construction, 1 not testable here)",
         "recommended": "Main results reproduced: 1 of 1 (1 by construction, 2 not testable here)",
     }
-    data = verdict_table(rows).data
+    data = verdict_table(rows).records
     for setting, line in lines.items():
         labels = data.loc[data["setting"] == setting, "verdict"].to_list()
         counted = [x for x in labels if x in {"holds", "does not hold", "inconclusive"}]
@@ -364,7 +364,7 @@ def test_sum_line_equals_a_recount_of_the_table():
 def test_verdict_table_has_unrounded_data_of_both_settings():
     good = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.3 + NOISE}))
     row = judge_row(ORDER, {"as-written": Evidence(), "recommended": good})
-    data = verdict_table([row]).data.set_index("setting")
+    data = verdict_table([row]).records.set_index("setting")
     assert list(data.index) == ["as-written", "recommended"]
     assert (data["claim"] == "AB-1").all()
     verdict = row.verdicts["recommended"]

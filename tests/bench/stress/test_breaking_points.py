@@ -158,6 +158,6 @@ def test_tables_and_curves_have_the_numbers(tmp_path, monkeypatch):
     points, runs = stress_tables(result, with_runs=True)
     assert points.rows[0][4].text == "1"
     assert points.rows[2][4].text.startswith("more than")
-    assert len(runs.data) == sum(len(entry.trials) for entry in stress_test)
+    assert len(runs.records) == sum(len(entry.trials) for entry in stress_test)
     (curve,) = write_curves(result, tmp_path)
     assert curve.stat().st_size > 10_000
