@@ -71,32 +71,21 @@ def to_xml(foreign: str) -> str:
     return _NONCHARACTER.sub(_escaped, printable(foreign))
 
 
-def wrap(paragraph: str, stream: TextIO | None = None) -> str:
-    """Wrap a text to the terminal, at most `MAX_WIDTH`, without breaking names and numbers.
+def wrap(paragraphs: str, stream: TextIO | None = None, *, only_cut: bool = False) -> str:
+    """Wrap paragraphs to the terminal, at most `MAX_WIDTH`, without breaking names and numbers.
 
-    The text is indented like its first line. A text after a label and two spaces is indented to the
-    right of the label. `stream`: as in `columns`.
+    A paragraph is indented like its first line. A text after a label and two spaces is indented to
+    the right of the label. `stream`: as in `columns`. If `only_cut`, only lines that the terminal
+    would cut are wrapped, but neither JSON nor rows of tables: cells would stand below others.
     """
-    return _wrap_longer_lines(paragraph, MAX_WIDTH, columns(stream))
-
-
-def wrap_cut_lines(paragraphs: str) -> str:
-    """Wrap lines that the terminal would cut in the middle of a word.
-
-    JSON and rows of tables are kept: wrapped cells would stand below other cells.
-    """
-    return _wrap_longer_lines(paragraphs, columns(), columns(), but=_JSON_OR_CELLS)
-
-
-def _wrap_longer_lines(
-    paragraphs: str, limit: int, available: int, but: re.Pattern[str] | None = None
-) -> str:
+    available = columns(stream)
+    limit = available if only_cut else min(MAX_WIDTH, available)
     text_width = max(_MIN_WIDTH, min(MAX_WIDTH, available))
-    limit = min(limit, available)
-    return "\n".join(
-        line if len(line) <= limit or (but and but.match(line)) else _fill(line, text_width)
-        for line in paragraphs.split("\n")
-    )
+    lines = []
+    for line in paragraphs.split("\n"):
+        is_kept = len(line) <= limit or (only_cut and _JSON_OR_CELLS.match(line))
+        lines.append(line if is_kept else _fill(line, text_width))
+    return "\n".join(lines)
 
 
 def _fill(line: str, text_width: int) -> str:

@@ -40,6 +40,7 @@ _LATEX = {sign: f"\\{sign}" for sign in "&%$#_{}"} | {
 _UNPRINTABLE = re.compile(
     "[^\x00-\x7fÀÁÂÃÄÅÆÇÈÉÊËÌÍÎÏÑÒÓÔÕÖØÙÚÛÜÝßàáâãäåæçèéêëìíîïñòóôõöøùúûüýÿĆćČčĎďĚěĞğŁłŃńŇňŐőŒœŘřŚśŠšŤťŮůŰűŸŹźŻżŽž]"
 )
+_MIN_COLUMNS = 2  # columns of scores that a terminal never omits
 _HEAD_WIDTH = 12  # width at which column headings are wrapped on a terminal
 _FORMULA = re.compile("'*[=+@＝＋＠－-]")  # spreadsheets also accept the wide characters
 _NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?", re.IGNORECASE | re.ASCII)
@@ -162,7 +163,10 @@ def _column(heading: str, cells: list[Cell], alone: list[bool], *, is_text: bool
     folded = textwrap.wrap(one_line(heading), max(_HEAD_WIDTH, *widths), break_long_words=False)
     headings = [line if is_text else line + no_mark for line in folded or [""]]
     widest = max(*map(_width, headings), *widths, 0)
-    return [_pad(line, widest, left=is_text) for line in (*headings, "-" * widest, *lines)]
+    all_lines = *headings, "-" * widest, *lines
+    gaps = [" " * (widest - _width(line)) for line in all_lines]
+    pairs = zip(all_lines, gaps, strict=True)
+    return [line + gap if is_text else gap + line for line, gap in pairs]
 
 
 def _width(line: str) -> int:
@@ -171,11 +175,6 @@ def _width(line: str) -> int:
         0 if unicodedata.combining(sign) else 1 + (unicodedata.east_asian_width(sign) in "WF")
         for sign in line
     )
-
-
-def _pad(line: str, width: int, *, left: bool) -> str:
-    gap = " " * (width - _width(line))
-    return line + gap if left else gap + line
 
 
 def _cells(table: Table, escaped: Callable[[str], str], bold: str) -> list[list[str]]:
@@ -217,9 +216,6 @@ FORMATS: Mapping[str, tuple[str, Callable[[Table], str]]] = {
     "latex": (".tex", to_latex),
 }
 """Suffix and renderer of each format of tables."""
-
-
-_MIN_COLUMNS = 2  # columns of scores that are never omitted
 
 
 def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -> list[str]:

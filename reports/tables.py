@@ -70,11 +70,12 @@ def text_table(
     rows: list[list[str]],
     n_labels: int = 1,
     notes: Iterable[str] = (),
+    records: pd.DataFrame | None = None,
 ) -> Table:
-    """Return a table of texts, which are also its data."""
+    """Return a table of texts, which are also its records by default."""
     cells = [[Cell(text) for text in row] for row in rows]
-    values = pd.DataFrame(rows, columns=[*headings])
-    return Table(name, caption, [*headings], n_labels, cells, [*notes], values)
+    records = pd.DataFrame(rows, columns=[*headings]) if records is None else records
+    return Table(name, caption, [*headings], n_labels, cells, [*notes], records)
 
 
 def text_columns(table: Table) -> list[bool]:

@@ -1,7 +1,7 @@
 """Tables, JSON and a text paragraph of a comparison."""
 
 import textwrap
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from itertools import product
 from math import isfinite, nan
@@ -174,14 +174,12 @@ def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
 def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
     """Return the cells of a tracker; its time has a number of digits."""
     remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
-    time_mark = comparison.time_marks.get(standing.tracker, "")
+    time_mark, survival = comparison.time_marks.get(standing.tracker, ""), standing.survival_rate
     return [
         Cell(standing.tracker + remark),
         Cell(_score_text(comparison, standing.mean), standing.is_unbeaten),
         Cell(_interval(comparison, standing.interval)),
-        Cell(
-            f"{100 * standing.survival_rate:.0f}" if isfinite(standing.survival_rate) else MISSING
-        ),
+        Cell(f"{100 * survival:.0f}" if isfinite(survival) else MISSING),
         Cell(time_text(standing.ms_per_frame, time_mark, digits)),
         Cell(fps_text(standing.ms_per_frame)),
     ]
@@ -322,6 +320,7 @@ def _pair_texts(comparison: Comparison, pair: Pair) -> list[str]:
 
 
 def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
+    needed_from, needed_to = pair.decision.needed or (nan, nan)
     return {
         "first": pair.first,
         "second": pair.second,
@@ -331,13 +330,8 @@ def _pair_data(comparison: Comparison, pair: Pair) -> dict[str, Any]:
         "better_on": pair.wins,
         "units": len(pair.by_unit),
         "p_value": p_value(pair.by_unit, len(comparison.pairs)) if pair.interval else nan,
-        **dict(
-            zip(
-                ("units_needed_from", "units_needed_to"),
-                pair.decision.needed or (nan, nan),
-                strict=True,
-            )
-        ),
+        "units_needed_from": needed_from,
+        "units_needed_to": needed_to,
         "same_boxes": pair.same_boxes,
     }
 
@@ -372,14 +366,9 @@ def _sequences(comparison: Comparison) -> Table:
             statistics = {"mean": mean, "standard_deviation": spread, "runs": len(runs)}
             values.append({"sequence": sequence, "tracker": tracker, **statistics})
         rows.append(row)
-    return Table(
-        name="comparison-sequences",
-        caption=f"{comparison.measure.heading} by sequence, ± standard deviation over repetitions.",
-        headings=["sequence", *comparison.scores],
-        n_labels=1,
-        rows=_cells(rows),
-        records=pd.DataFrame(values),
-    )
+    caption = f"{comparison.measure.heading} by sequence, ± standard deviation over repetitions."
+    headings, records = ["sequence", *comparison.scores], pd.DataFrame(values)
+    return text_table("comparison-sequences", caption, headings, rows, records=records)
 
 
 def _subset_table(comparison: Comparison) -> Table:
@@ -394,25 +383,17 @@ def _subset_table(comparison: Comparison) -> Table:
         difference = _score_text(comparison, mean, signed=True)
         limits = _interval(comparison, interval, signed=True)
         rows.append([pair.label, f"{parameter}={value}", str(n), difference, limits])
-        subset = {
-            "first": pair.first,
-            "second": pair.second,
-            "parameter": parameter,
-            "value": value,
-        }
+        subset = {"first": pair.first, "second": pair.second}
+        subset |= {"parameter": parameter, "value": value}
         values.append(subset | {"sequences": n, "difference": mean, **_ends(interval)})
-    return Table(
-        name="comparison-subsets",
-        caption=(
-            f"Differences of {comparison.measure.heading} by parameter and by attribute (of "
-            "sequences in which it occurs), first minus second, on n sequences; 95 % intervals "
-            f"over {comparison.units.plural}, not corrected for multiple comparisons."
-        ),
-        headings=["pair", "part", "n", _difference_head(comparison), "95 %"],
-        n_labels=2,
-        rows=_cells(rows),
-        records=pd.DataFrame(values),
+    caption = (
+        f"Differences of {comparison.measure.heading} by parameter and by attribute (of "
+        "sequences in which it occurs), first minus second, on n sequences; 95 % intervals "
+        f"over {comparison.units.plural}, not corrected for multiple comparisons."
     )
+    headings = ["pair", "part", "n", _difference_head(comparison), "95 %"]
+    records = pd.DataFrame(values)
+    return text_table("comparison-subsets", caption, headings, rows, n_labels=2, records=records)
 
 
 def paragraph(comparison: Comparison) -> str:
@@ -527,10 +508,6 @@ def _with_interval(comparison: Comparison, difference: float, interval: Limits) 
     """Return a difference with its unit and its interval, if there is one."""
     text = f"{_score_text(comparison, difference, signed=True)}{comparison.unit_suffix}"
     return text if interval is None else f"{text} {_interval(comparison, interval, signed=True)}"
-
-
-def _cells(rows: Iterable[Sequence[str]]) -> list[list[Cell]]:
-    return [[Cell(text) for text in row] for row in rows]
 
 
 def _difference_head(comparison: Comparison) -> str:

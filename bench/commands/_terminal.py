@@ -14,7 +14,7 @@ from typing import Any, ClassVar, TextIO, cast
 
 import click
 
-from trackmark.reports.printable import printable, wrap, wrap_cut_lines
+from trackmark.reports.printable import printable, wrap
 
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
@@ -181,7 +181,7 @@ def _in_columns(message: str) -> str:
 
 def _uncut(text: str) -> str:
     """Return a text for standard output in lines that the terminal does not cut within words."""
-    return wrap_cut_lines(printable(text))
+    return wrap(printable(text), only_cut=True)
 
 
 @contextmanager
