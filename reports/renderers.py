@@ -231,17 +231,17 @@ def terminal_lines(table: Table, more: str = "", *, all_columns: bool = False) -
     shortened = narrow = replace(table, rows=list(map(_shorten_reasons, table.rows)))
     shared = len({row[0].text for row in table.rows}) < max(2, len(table.rows))
     may_group, grouped = table.n_labels == 2 and shared, False
-    kept = list(range(len(table.headings)))
+    columns = list(range(len(table.headings)))
     order = sorted(range(len(table.ranks)), key=lambda column: (table.ranks[column], column))
     while _is_too_wide(narrow):
         if may_group and not grouped:
             grouped = True
         elif len(order) > _MIN_COLUMNS and not all_columns:
-            kept.remove(order.pop() + table.n_labels)
+            columns.remove(order.pop() + table.n_labels)
         else:
             break
-        narrow = _with_columns(shortened, kept, grouped=grouped)
-    omitted = "; ".join(name for i, name in enumerate(table.headings) if i not in kept)
+        narrow = _with_columns(shortened, columns, grouped=grouped)
+    omitted = "; ".join(name for i, name in enumerate(table.headings) if i not in columns)
     notes = [*table.notes, *([f"Left out: {omitted} ({more})."] if omitted and more else [])]
     paragraphs = [wrap(one_line(text)).splitlines() for text in (table.caption, *notes)]
     if _is_too_wide(narrow) and not grouped and 2 * max(map(_width, _labels(table))) > width():

@@ -88,17 +88,17 @@ def poster(sequence: PlayerSequence) -> bytes:
 
 
 def _frame_image(
-    sequence: PlayerSequence, frame: int, shown: Sequence[PlayerRun], labels: Sequence[str]
+    sequence: PlayerSequence, frame: int, page_runs: Sequence[PlayerRun], labels: Sequence[str]
 ) -> Markup:
     """Return a frame with the ground-truth box and the boxes of runs."""
     images = sequence.images
-    names = ", ".join(one_line(labels[run.tracker]) for run in shown)
+    names = ", ".join(one_line(labels[run.tracker]) for run in page_runs)
     return card(
         "frame_image",
         image=images[frame] if frame < len(images) else b"",
         size=sequence.size,
         truth=sequence.boxes[frame],
-        boxes=[(run.tracker, run.tracker, run.boxes[frame]) for run in shown],
+        boxes=[(run.tracker, run.tracker, run.boxes[frame]) for run in page_runs],
         description=f"{one_line(sequence.name)}, frame {frame}: ground-truth box and boxes of "
         + names,
     )
@@ -121,24 +121,24 @@ def worst_frames(runs: PageRuns) -> Markup | None:
     """
     candidates = []
     for index, sequence in enumerate(runs.sequences):
-        shown = _worst_runs(sequence, len(runs.trackers))
-        means = pd.DataFrame([run.overlaps for run in shown]).mean()
+        worst_runs = _worst_runs(sequence, len(runs.trackers))
+        means = pd.DataFrame([run.overlaps for run in worst_runs]).mean()
         if sequence.thumbnails and means.notna().any():
-            worst = min(shown, key=lambda run: means[run.worst_frame])
+            worst = min(worst_runs, key=lambda run: means[run.worst_frame])
             severity = means[worst.worst_frame], means.mean(), index
-            candidates.append((severity, index, shown, worst))
+            candidates.append((severity, index, worst_runs, worst))
     excerpts = []
-    for _, index, shown, worst in sorted(candidates, key=itemgetter(0))[:_MAX_FRAMES]:
+    for _, index, worst_runs, worst in sorted(candidates, key=itemgetter(0))[:_MAX_FRAMES]:
         sequence, frame = runs.sequences[index], worst.worst_frame
         excerpts.append(
             {
                 "sequence": sequence.name,
                 "first": max(sequence.first, frame - _REACH),
                 "last": min(sequence.n_frames - 1, frame + _REACH),
-                "frame": _frame_image(sequence, frame, shown, runs.labels),
+                "frame": _frame_image(sequence, frame, worst_runs, runs.labels),
                 "overlaps": [
                     (run.tracker, runs.labels[run.tracker], float(run.overlaps[frame]))
-                    for run in shown
+                    for run in worst_runs
                 ],
                 "position": worst.position(index, frame),
             }

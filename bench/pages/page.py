@@ -251,8 +251,9 @@ def _sequence_data(
         "shapes": has_shapes,
         "chunk_lengths": _nonempty(**chunk_lengths),
         "runs": [
-            {"tracker": run.tracker, "repetition": run.repetition}
+            {"tracker": run.tracker}
             | _nonempty(
+                repetition=run.repetition,
                 has_revised=run.revised is not None,
                 failure=one_line(run.failure.partition("\n")[0]),
                 is_ellipse=run.is_ellipse,

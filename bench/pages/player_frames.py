@@ -79,8 +79,8 @@ def _encode(picture: Image.Image, quality: int) -> bytes:
 
 def pack_frames(frames: Sequence[bytes]) -> str:
     """Encode a chunk of frames as text; before each frame is its size in four bytes."""
-    sized = b"".join(len(frame).to_bytes(4, "little") + frame for frame in frames)
-    return b64encode(sized).decode()
+    chunk = b"".join(len(frame).to_bytes(4, "little") + frame for frame in frames)
+    return b64encode(chunk).decode()
 
 
 def compress_picture(png: bytes) -> bytes:

@@ -145,7 +145,7 @@ def test_evenly_spaced_includes_first_and_last_frame(first, more, count):
         assert np.ptp(np.diff(numbers)) <= 1
 
 
-def test_film_strip_shows_requested_frames_with_their_boxes_in_order(tmp_path):
+def test_film_strip_has_frames_with_boxes_in_order(tmp_path):
     def image_of(number):
         return np.full((40, 60, 3), 10 * number, np.uint8)
 

@@ -62,7 +62,7 @@ class FrameReader {
 }
 
 // Values that the page omits from the data of a run.
-const DEFAULTS = { has_revised: false, failure: "", is_ellipse: false, maps: [], numbers: false, start: 0, start_label: "", scored: [], restarts: [] };
+const DEFAULTS = { repetition: 0, has_revised: false, failure: "", is_ellipse: false, maps: [], numbers: false, start: 0, start_label: "", scored: [], restarts: [] };
 
 class PlayerSequence {
   constructor(number) {

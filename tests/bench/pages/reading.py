@@ -15,7 +15,7 @@ from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.store.runs import Runs
 
 DEFAULTS = {"has_revised": False, "failure": "", "is_ellipse": False, "maps": [], "numbers": False}
-DEFAULTS |= {"start": 0, "start_label": "", "scored": [], "restarts": []}
+DEFAULTS |= {"repetition": 0, "start": 0, "start_label": "", "scored": [], "restarts": []}
 """Values that the data of a page omit."""
 
 
