@@ -359,13 +359,12 @@ def matching_sequences(
         with report_slow_work("Looking for sequences"):
             names = select_sequences(split_list(selection))
     except UnusableSequencesError as error:
-        from trackmark.bench.experiments.tracker_spec import resolve_specs
-        from trackmark.trackers import TrackerError
+        from trackmark.bench.experiments.tracker_spec import UnusableTrackersError, resolve_specs
 
         try:
             resolve_specs(trackers)
-        except TrackerError as unusable:
-            raise TrackerError(f"{unusable}\n{error}") from None
+        except UnusableTrackersError as unusable:
+            raise UnusableTrackersError(unusable.errors, unusable.usable, error) from None
         raise
     if truth is not None and len(names) != 1:
         raise ExperimentError(f"--truth: {len(names)} sequences are selected. Select one.")

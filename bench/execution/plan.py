@@ -14,7 +14,13 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import segment_frames, select_ground_truth
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
-from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
+from trackmark.bench.experiments.tracker_spec import (
+    BOXES,
+    TrackerSpec,
+    UnusableTrackersError,
+    resolve_specs,
+    run_identity,
+)
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.keys import RunKey, run_key
 from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
@@ -22,7 +28,7 @@ from trackmark.bench.store.run_rows import list_runs
 from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 MIN_SEQUENCES_FOR_WORKERS = 12
@@ -192,7 +198,7 @@ def make_plan(
     """
     try:
         trackers = _distinct_trackers(experiment)
-    except TrackerError as error:
+    except UnusableTrackersError as error:
         _raise_with_sequences(error, experiment.sequences)
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
@@ -279,7 +285,9 @@ def _open_all(
         raise UnusableSequencesError(errors, len(keys))
 
 
-def _raise_with_sequences(error: TrackerError, sources: Collection[SequenceSpec]) -> NoReturn:
+def _raise_with_sequences(
+    error: UnusableTrackersError, sources: Collection[SequenceSpec]
+) -> NoReturn:
     """Raise the error on trackers, with the sequences that cannot be used in its message."""
     errors: dict[str, str] = {}
     for source in sources:
@@ -288,7 +296,8 @@ def _raise_with_sequences(error: TrackerError, sources: Collection[SequenceSpec]
         except SequenceError as unusable:
             errors[source.spec] = str(unusable)
     if errors:
-        raise TrackerError(f"{error}\n{UnusableSequencesError(errors, len(sources))}") from None
+        sequences_error = UnusableSequencesError(errors, len(sources))
+        raise UnusableTrackersError(error.errors, error.usable, sequences_error) from None
     raise error
 
 

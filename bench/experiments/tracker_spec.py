@@ -4,7 +4,7 @@ import hashlib
 import inspect
 import json
 import typing
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field, fields, replace
 from functools import cached_property
 from pathlib import Path
@@ -16,6 +16,7 @@ from trackmark import trackers
 from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
 from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.protocols import ONE_PASS
+from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
@@ -337,32 +338,68 @@ def _make_spec(
     )
 
 
+class UnusableTrackersError(TrackerError):
+    """Error for all trackers of a command that cannot be used, and for its unusable sequences.
+
+    If there are other trackers, the message says how to go on without these. `remedy` is this
+    sentence, and `problem` the message without it.
+
+    Parameters
+    ----------
+    errors : mapping of str to TrackerError
+        Errors by specification.
+    usable : collection of str
+        Specifications of the other trackers.
+    sequences : UnusableSequencesError, optional
+        Error for the sequences of the command.
+    """
+
+    def __init__(
+        self,
+        errors: Mapping[str, TrackerError],
+        usable: Collection[str],
+        sequences: UnusableSequencesError | None = None,
+    ) -> None:
+        self.errors, self.usable, self.sequences = errors, usable, sequences
+        lines = [*map(str, errors.values())]
+        remedies = []
+        if len(errors) + len(usable) > 1:
+            lines.insert(
+                0, f"{len(errors)} of {len(errors) + len(usable)} trackers cannot be used."
+            )
+        if usable:
+            remedies.append(f"To go on without them, name only these trackers: {','.join(usable)}")
+        if sequences:
+            lines.append(sequences.problem)
+            remedies.append(sequences.remedy)
+        self.problem, self.remedy = "\n".join(lines), "\n".join(filter(None, remedies))
+        super().__init__("\n".join(filter(None, (self.problem, self.remedy))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.errors, self.usable, self.sequences)
+
+
 def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
     """Return trackers as `parse_trackers`, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
 
-    Raises one `TrackerError` that names all trackers that cannot be used, and the others.
+    Raises one `UnusableTrackersError` that names all trackers that cannot be used, and the others.
     """
     specs, versions = list(dict.fromkeys(specs)), TrackerVersions()
     parsed: dict[str, TrackerSpec] = {}
-    errors: list[TrackerError] = []
+    errors: dict[str, TrackerError] = {}
     try:
         for spec in specs:
             try:
                 parsed |= parse_trackers([spec], versions)
             except TrackerError as error:
-                errors.append(error)
+                errors[spec] = error
     finally:
         close_idle_processes()
     if not errors:
         return parsed
-    if len(specs) == 1:
-        raise errors[0]
-    lines = [f"{len(errors)} of {len(specs)} trackers cannot be used.", *map(str, errors)]
-    if parsed:
-        lines.append(f"To go on without them, name only these trackers: {','.join(parsed)}")
-    raise TrackerError("\n".join(lines))
+    raise UnusableTrackersError(errors, list(parsed))
 
 
 def describe_tracker(spec: str) -> dict[str, Any]:

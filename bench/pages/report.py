@@ -28,6 +28,7 @@ from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
     MAX_ROWS,
+    N_SHOWN_PUBLISHED,
     leaderboard,
     lost_runs,
     overlap_matrix,
@@ -123,12 +124,14 @@ class _ReportPage:
     ) -> None:
         self.runs, self.commands = runs, commands
         self.tables = {table.name: table for table in tables}
-        self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
+        # Published scores are ranked among scores of the same metrics.
+        self.metrics: str = getattr(published, "metrics", DEFAULT_METRICS)
+        self.scored = with_not_run(runs.scored(self.metrics, ONE_PASS))
         self.timed = runs.timed
         self.summary: Table | None = None
         names = [str(name) for name in self.scored["tracker"].unique()]
         if len(self.scored):
-            summary = self.tables.get("summary")
+            summary = self.tables.get("summary") if self.metrics == DEFAULT_METRICS else None
             self.summary = summary or summary_of(self.scored, self.timed, "")
             names = ranked_trackers(self.summary)
         self.page_runs = collect_runs(runs.read(runs.evaluated_rows()), names)
@@ -140,7 +143,8 @@ class _ReportPage:
         self.ranking: Comparison | None = None
         self.source = ""
         if published is not None:
-            self.ranking = _compare_published(runs, published)
+            measure = compared_measure(self.metrics, getattr(published, "measure", "mean_overlap"))
+            self.ranking = compare_runs(runs, self.metrics, measure, published=published)
             self.source = getattr(published, "citation", "")
             answer = answer_of(self.ranking)
         self.overall_answer = Answer(answer.heading, (*answer.details, *self._notes()))
@@ -159,7 +163,7 @@ class _ReportPage:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
         try:
             (heading, details), comparison = answer_on(
-                self.runs.scored(DEFAULT_METRICS, ONE_PASS),
+                self.runs.scored(self.metrics, ONE_PASS),
                 self.timed,
                 means_by_tracker(self.summary.data),
                 attributes=self.runs.attributes,
@@ -207,11 +211,13 @@ class _ReportPage:
         score_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.sequences:
-            board = leaderboard(summary, runs, self.failed, self.time_marks, self.time_notes)
+            marks, notes = self.time_marks, self.time_notes
+            board = leaderboard(summary, runs, self.failed, marks, notes, self.ranking)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
             # The plot is as high as the leaderboard and the frames below it.
             n_rows = min(len(runs.trackers), MAX_ROWS)
+            n_rows += N_SHOWN_PUBLISHED if self.ranking is not None else 0
             height = {1: 640, 2: 500, 3: 400}.get(len(runs.sequences), 24 + 42 * n_rows)
             cards = [card("charts", charts=self.curves, height=max(270, min(height, 640)))]
             yield PageSection("curves", "Success and precision", cards, span=5)
@@ -247,9 +253,9 @@ class _ReportPage:
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             cards = [card("chart", chart=chart) for chart in self.survival]
             yield PageSection("survival", "Survival", cards)
-        folds = sequence_folds(
-            runs, sequences, timeline_charts(runs), self.means, score_tables.get("sequences")
-        )
+        scores = score_tables.get("sequences")
+        charts = timeline_charts(runs)
+        folds = sequence_folds(runs, sequences, charts, self.means, scores, self.ranking)
         caption = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
         other_tables = [table for name, table in score_tables.items() if name != "sequences"]
@@ -345,29 +351,35 @@ class _ReportPage:
     @cached_property
     def means(self) -> pd.DataFrame:
         """Mean overlaps with a row per sequence and a column per tracker."""
-        if "sequences" not in self.tables:
+        if self.ranking is not None:
+            means = _means_of(self.ranking)
+        elif "sequences" in self.tables:
+            data = self.tables["sequences"].data
+            data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
+            means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
+            means = means.reindex(index=data["sequence"].unique())
+        else:
             return pd.DataFrame()
-        data = self.tables["sequences"].data
-        data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
-        means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        trackers = [name for name in self.page_runs.trackers if name in means]
-        return means.reindex(index=data["sequence"].unique(), columns=trackers)
+        return means[[name for name in self.page_runs.trackers if name in means]]
 
     def _matrix(self, summary: Table, sequences: Sequence[PlayerSequence]) -> Markup:
-        """Return the matrix of mean overlaps; with published scores, all are by their metrics."""
-        overall, ranking = means_by_tracker(summary.data), self.ranking
-        means, note = self.means, ""
-        mean_of = {name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)}
-        if ranking is not None:
-            scores = {name: [run.mean() for run in row] for name, row in ranking.scores.items()}
-            whole = pd.DataFrame(scores, index=[*ranking.sequences])
-            with_runs = [name for name in self.page_runs.trackers if name in whole]
-            theirs = whole[list(ranking.published)]
-            means = whole[with_runs].assign(
-                **{"best published": theirs.max(axis=1), "median published": theirs.median(axis=1)}
-            )
+        """Return the matrix of mean overlaps, with the best published trackers if there are any."""
+        means, ranking, note = self.means, self.ranking, ""
+        if ranking is None:
+            overall = means_by_tracker(summary.data)
+            mean_of = {
+                name: float(overall[name]["mean_overlap"]["mean"]) for name in map(str, means)
+            }
+        else:
+            theirs = _means_of(ranking)[list(ranking.published)]  # the best mean first
+            best = theirs.iloc[:, :N_SHOWN_PUBLISHED]
+            medians = theirs.median(axis=1).rename("median published")
+            means = pd.concat([means, best, medians], axis=1)
             mean_of = {str(name): float(mean) for name, mean in means.mean().items()}
-            note = f" Scores: {ranking.measure.title}, as published."
+            note = (
+                f" Scores: {ranking.measure.title}; those of all {theirs.shape[1]} published "
+                'trackers are below, in "Per sequence".'
+            )
         return overlap_matrix(means, mean_of, self.page_runs, sequences, note)
 
     def _provenance(self) -> PageSection:
@@ -423,11 +435,10 @@ class _ReportPage:
         return PageSection("about", "About this report", cards, nav="Provenance")
 
 
-def _compare_published(runs: Runs, published: "Path | PublishedSet") -> Comparison:
-    """Compare runs with published scores, by the metrics of these scores."""
-    metrics = getattr(published, "metrics", DEFAULT_METRICS)
-    measure = compared_measure(metrics, getattr(published, "measure", "mean_overlap"))
-    return compare_runs(runs, metrics, measure, published=published)
+def _means_of(comparison: Comparison) -> pd.DataFrame:
+    """Return the compared scores with a row per sequence and a column per tracker."""
+    scores = {name: [run.mean() for run in row] for name, row in comparison.scores.items()}
+    return pd.DataFrame(scores, index=[*comparison.sequences])
 
 
 def _has_values(table: Table) -> bool:
