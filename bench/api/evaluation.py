@@ -124,7 +124,7 @@ def evaluate(
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
     _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
-    truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
+    truths = map(stored_truth, sequences_run)
     evaluated = PrintedRuns.in_memory(_in_order([*runs, *more], specs, sequences_run), truths)
     evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
     evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run

@@ -36,7 +36,7 @@ from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -130,7 +130,7 @@ def import_results(
     """
     store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    store.add_requests(RequestedRuns("", versions))
+    store.add_requests(versions)
     stored_keys, replaced = set(store.list_keys()), list[tuple[Run, str]]()
     for run in runs:
         key = run_key(run.identity)
@@ -153,7 +153,7 @@ def with_imported_runs(
     if both := stored_trackers & {tracker.tracker for tracker in trackers}:
         raise name_collision(runs.folder, min(both))
     imported = read_runs(trackers, sequences_of(runs), on_message)
-    return runs + Runs.in_memory(imported, runs.truths)
+    return runs + Runs.in_memory(imported, runs.truths.values())
 
 
 def name_collision(folder: Path | None, tracker: str) -> ExchangeError:

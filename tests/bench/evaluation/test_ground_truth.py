@@ -72,11 +72,9 @@ def test_timing_run_starts_from_the_region(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.run_store import RequestedRuns
-
     results = RunStore(tmp_path / "trial")
     runs = [evaluate_run(text, sequence) for text in ("static", "static:init=full")]
-    results.add_requests(RequestedRuns("trial", {}))
+    results.add_requests({}, "trial")
     add_truth_of(results.folder, sequence)
     for run in runs:
         results.add(run)

@@ -37,7 +37,7 @@ def experiment(workspace, **changes):
 def statuses(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
-    run_statuses = zip(plan.requested_runs().versions, plan.statuses.ravel(), strict=True)
+    run_statuses = zip(plan.requested, plan.statuses.ravel(), strict=True)
     return {
         (tracker, repetition): RunStatus(status).name.lower()
         for (tracker, _, repetition, _), status in run_statuses
