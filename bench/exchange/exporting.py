@@ -92,8 +92,8 @@ def _write(file_texts: Mapping[Path, str], *, force: bool) -> None:
             f"{existing[0]}: the file exists ({len(existing)} of {len(file_texts)} files do). "
             "Choose another folder, or replace the files with --force."
         )
-    for path, content in file_texts.items():
-        write_file(path, content)
+    for path, text in file_texts.items():
+        write_file(path, text)
 
 
 def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Mapping[Path, str]:
