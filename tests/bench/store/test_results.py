@@ -243,14 +243,6 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     assert "camshift on line, repetition 0, differs between" in conflict
 
 
-def test_further_tables_of_earlier_versions_are_ignored(several):
-    with sqlite3.connect(several.folder / "runs.db") as database:
-        database.execute("CREATE TABLE log (id INTEGER PRIMARY KEY, content TEXT) STRICT")
-    database.close()
-    assert len(Runs.open(several.folder).table) == 4
-    assert find_damage(several.folder) == []
-
-
 def test_columns_are_readable_without_trackmark(several):
     with sqlite3.connect(several.folder / "runs.db") as database:
         query = "SELECT tracker, status, frames, seconds FROM run ORDER BY id"
