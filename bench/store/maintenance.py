@@ -54,38 +54,41 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
     merged = [Runs.unscored(target, keeps_runs=False), *map(Runs.unscored, folders)]
     origins_of_name: dict[str, set[SequenceOrigin]] = {}
     tracker_versions: dict[str, tuple[str, Path | None]] = {}
-    chosen: dict[RunKey, tuple[Mapping[str, Any], Runs]] = {}  # row and runs of each key
-    conflicts: dict[str, None] = {}  # each once, in order
+    row_of_key: dict[RunKey, tuple[Mapping[str, Any], Runs]] = {}  # with the runs that have it
+    conflicts: list[str] = []
     for runs in merged:
         folder = runs.folder
         for name, origins in origins_by_name(runs.stored_rows).items():
             earlier = origins_of_name.setdefault(name, set())
-            for origin in sorted(origins):
-                if other := find_other_origin(origin, earlier):
-                    conflicts[f"{name} is {origin} in {folder}, and {other} in another folder"] = (
-                        None
-                    )
+            conflicts += [
+                f"{name} is {origin} in {folder}, and {other} in another folder"
+                for origin in sorted(origins)
+                if (other := find_other_origin(origin, earlier))
+            ]
             earlier |= origins
         for row in runs.stored_rows:
-            key, own = run_key(row), (row["tracker_version"], folder)
-            version, first_folder = tracker_versions.setdefault(row["tracker"], own)
-            if key in chosen:
-                former, former_runs = chosen[key]
+            key, current = run_key(row), (row["tracker_version"], folder)
+            version, first_folder = tracker_versions.setdefault(row["tracker"], current)
+            if key in row_of_key:
+                former, former_runs = row_of_key[key]
                 if former["version"] != row["version"]:
-                    conflict = f"{key[0]} on {key[1]}, repetition {key[2]}, differs"
-                    conflicts[f"{conflict} between {former_runs.folder} and {folder}"] = None
+                    conflicts.append(
+                        f"{key[0]} on {key[1]}, repetition {key[2]}, differs between "
+                        f"{former_runs.folder} and {folder}"
+                    )
                 if former["status"] == "finished" or row["status"] == "failed":
                     continue
             elif first_folder != folder and version != row["tracker_version"]:
-                conflict = f"the versions of {key[0]} differ between {first_folder} and {folder}"
-                conflicts[conflict] = None
-            chosen[key] = row, runs
+                conflicts.append(
+                    f"the versions of {key[0]} differ between {first_folder} and {folder}"
+                )
+            row_of_key[key] = row, runs
     if conflicts:
-        return 0, list(conflicts)
+        return 0, list(dict.fromkeys(conflicts))
     store = RunStore(target)
     for runs in reversed(merged):  # of several versions and titles, those of the target count
         store.add_requests(runs.requested, runs.title)
-    copied = [(row, runs) for row, runs in chosen.values() if runs is not merged[0]]
+    copied = [(row, runs) for row, runs in row_of_key.values() if runs is not merged[0]]
     for begin in range(0, len(copied), _BATCH):
         batch = [run for row, runs in copied[begin : begin + _BATCH] for run in runs.read([row])]
         truths = {(truth.name, truth.fingerprint): truth for _, _, truth in batch}
