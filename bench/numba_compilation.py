@@ -50,17 +50,22 @@ class _NumbaFinder:
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 
-            def attended(module: ModuleType) -> None:
+            def execute_and_prepare(module: ModuleType) -> None:
                 execute(module)
-                _register_callback(self._on_compile)
-                _lock_cache()
+                _prepare(self._on_compile)
 
-            spec.loader.exec_module = attended  # type: ignore[method-assign]  # patches this instance
+            spec.loader.exec_module = execute_and_prepare  # type: ignore[method-assign]  # patches this instance
         return spec
 
 
-def _register_callback(on_compile: Callable[[], None]) -> None:
+def _prepare(on_compile: Callable[[], None]) -> None:
+    """Register the callback, and make Numba lock a function's cache when it reads or writes it.
+
+    Numba writes the index of compiled kernels before their files. Without the lock, another process
+    could read an older kernel, or one for other types, in between.
+    """
     from numba.core import event
+    from numba.core.caching import IndexDataCacheFile
 
     class Listener(event.Listener):
         def on_start(self, happened: Any) -> None:
@@ -70,16 +75,6 @@ def _register_callback(on_compile: Callable[[], None]) -> None:
             pass
 
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]  # Numba's
-
-
-def _lock_cache() -> None:
-    """Make Numba lock a function's cache, so that one process at a time reads or writes it.
-
-    Numba writes the index of compiled kernels before their files. Without the lock, another process
-    could read an older kernel, or one for other types, in between.
-    """
-    from numba.core.caching import IndexDataCacheFile
-
     for name in ("load", "save"):
         setattr(IndexDataCacheFile, name, _locked(getattr(IndexDataCacheFile, name)))
 

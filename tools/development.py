@@ -130,7 +130,7 @@ def execute(planned: list[VariantRun], paper: Paper, root: Path, jobs: int) -> P
         for _ in execution.rows():
             pass
         execution.raise_errors()
-        keys[experiment.name] = execution.plan.requested_runs().versions
+        keys[experiment.name] = execution.plan.requested
     return PaperRuns(root, keys, paper.frame_rules)
 
 

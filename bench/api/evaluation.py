@@ -27,7 +27,7 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external.idle_processes import close_idle_processes
-from trackmark.bench.process_tree import in_child
+from trackmark.bench.operating_system import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
 from trackmark.bench.store.truth import stored_truth
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
@@ -124,7 +124,7 @@ def evaluate(
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
     _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
-    truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
+    truths = map(stored_truth, sequences_run)
     evaluated = PrintedRuns.in_memory(_in_order([*runs, *more], specs, sequences_run), truths)
     evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
     evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run

@@ -45,10 +45,10 @@ def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
     from trackmark.bench.store.run_store import RunStore
-    from trackmark.bench.store.truth import pack_truth, stored_truth
+    from trackmark.bench.store.truth import stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    truths = [pack_truth(sequence.fingerprint, stored_truth(sequence)) for _, sequence in opened]
+    truths = [stored_truth(sequence) for _, sequence in opened]
     RunStore(folder).add_all([], truths)
     n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
     open_runs(folder)  # computes the scores
@@ -70,5 +70,4 @@ def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Run
 
     opened = open_sequences(matching_sequences(sequences), print_message)
     runs = read_runs(imported, [origin for origin, _ in opened], print_message)
-    truths = {(s.name, s.fingerprint): stored_truth(s) for _, s in opened}
-    return Runs.in_memory(runs, truths, IMPORTED_ONLY)
+    return Runs.in_memory(runs, [stored_truth(sequence) for _, sequence in opened], IMPORTED_ONLY)

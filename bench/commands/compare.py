@@ -252,7 +252,7 @@ def _run(
     )
     execution = plan_and_execute(experiment, options)
     print_hint(f"Runs are in {execution.folder}.")
-    requested = execution.plan.requested_runs().versions
+    requested = execution.plan.requested
     runs = open_runs(execution.folder).select(requested)
     if imported:
         runs = with_imported(runs, imported)

@@ -121,7 +121,7 @@ def _reproduce(
         progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=progress)
-            requested[execution.experiment.name] = execution.plan.requested_runs().versions
+            requested[execution.experiment.name] = execution.plan.requested
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
         report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
     json_object = report_data(report, time.monotonic() - started_at)

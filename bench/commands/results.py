@@ -110,13 +110,13 @@ def failures(options: FailuresOptions) -> None:
 
     from trackmark.bench.analysis.run_summary import tracker_line
     from trackmark.bench.store.keys import experiment_folders, run_key
-    from trackmark.bench.store.run_rows import list_runs
     from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.runs import list_runs
 
     failed = [
         (experiment, row)
         for experiment in experiment_folders(options.folder)
-        for row in list_runs(RunStore(experiment))
+        for row in list_runs(experiment)
         if row["status"] == "failed"
     ]
     for experiment, row in failed:
@@ -174,8 +174,8 @@ def remove(options: RemoveOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
     from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
-    from trackmark.bench.store.run_rows import list_runs
     from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.runs import list_runs
 
     selected: dict[Path, list[RunKey]] = {}
     protocol_key = "*" if options.protocol is None else _protocol_key(options.protocol)
@@ -190,7 +190,7 @@ def remove(options: RemoveOptions) -> None:
             and protocol_key in ("*", key[3])
         ]
         if options.failed:
-            failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
+            failed = {run_key(row) for row in list_runs(experiment) if row["status"] == "failed"}
             keys = [key for key in keys if key in failed]
         selected[experiment] = keys
     n_runs = sum(len(keys) for keys in selected.values())

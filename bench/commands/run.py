@@ -169,7 +169,6 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
-    from trackmark.bench.store.run_rows import StoredRuns
     from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
@@ -180,7 +179,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(Runs([dict(row)], {}, StoredRuns(execution.folder)), row, metrics)
+            _print_row(Runs([dict(row)], {}, execution.folder), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(RunStatus.STALE):
@@ -191,7 +190,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     all_runs = open_runs(execution.folder)
     now, message = progress_since(execution, all_runs.stored_rows)
-    runs = all_runs.select(execution.plan.requested_runs().versions)
+    runs = all_runs.select(execution.plan.requested)
     failed = now.count(RunStatus.FAILED)
     try:
         execution.raise_errors()
@@ -212,7 +211,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
             click.echo(f"\n{message}")
             _print_hints(execution)
         if options.verbose:
-            _print_details(runs, execution.plan.requested_runs().versions)
+            _print_details(runs, execution.plan.requested)
     if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
     return EXIT_NEGATIVE if failed else 0

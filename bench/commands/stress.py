@@ -161,7 +161,7 @@ class _Runner:
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}
-        runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
+        runs = Runs.open(execution.folder).select(execution.plan.requested)
         return runs.table, specs
 
 

@@ -11,17 +11,16 @@ from typing import Any
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run, drawing_note, with_metadata
+from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.backend import Executor, create_executor
 from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, read_experiment
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import list_runs, run_row, store_scores
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
+from trackmark.bench.store.runs import Runs, list_runs
+from trackmark.bench.store.truth import StoredTruth, stored_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness, TrackerError
@@ -112,7 +111,7 @@ class Execution:
         self.plan: Plan = make_plan(
             self.experiment, self._run_store, self.opened_sequences, self.progress, jobs
         )
-        self._truths: dict[tuple[SequenceSpec, str], TruthRow] = {}
+        self._truths: dict[tuple[SequenceSpec, str], StoredTruth] = {}
 
     @cached_property
     def executor(self) -> Executor:
@@ -136,14 +135,15 @@ class Execution:
         """
         work = 0
         while True:
-            self._run_store.add_requests(self.plan.requested_runs())
+            title = self.experiment.title or self.experiment.name
+            self._run_store.add_requests(self.plan.requested, title)
             if not self.tasks.n_runs:
                 return
             drew = yield from self._execute(partial(_report_sum, progress, work))
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._run_store))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self.folder))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
@@ -159,28 +159,23 @@ class Execution:
 
         Returns the deterministic trackers that drew from global generators.
         """
-        scored: list[dict[str, Any]] = []
         drew: set[str] = set()
-        try:
-            for task, result in self.executor.run_tasks(self.tasks, self.limits, progress):
-                try:
-                    if isinstance(result, SequenceError):
-                        raise result
-                    rows = self._store(task, result)
-                except UnusableTrackerError as error:
-                    if str(error) not in self.tracker_errors:
-                        self.tracker_errors.append(str(error))
-                    continue
-                except SequenceError as error:
-                    if task.source.spec not in self.errors:
-                        self.on_error(str(error))
-                    self.errors.setdefault(task.source.spec, str(error))
-                    continue
-                scored += rows
-                self._report_drawing(rows, drew)
-                yield from rows
-        finally:
-            store_scores(self.folder, scored)  # otherwise computed by the next reader
+        for task, result in self.executor.run_tasks(self.tasks, self.limits, progress):
+            try:
+                if isinstance(result, SequenceError):
+                    raise result
+                rows = self._store(task, result)
+            except UnusableTrackerError as error:
+                if str(error) not in self.tracker_errors:
+                    self.tracker_errors.append(str(error))
+                continue
+            except SequenceError as error:
+                if task.source.spec not in self.errors:
+                    self.on_error(str(error))
+                self.errors.setdefault(task.source.spec, str(error))
+                continue
+            self._report_drawing(rows, drew)
+            yield from rows
         return drew
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
@@ -211,27 +206,19 @@ class Execution:
         key = task.source, task.runs[0].identity.fingerprint
         if key not in self._truths:
             sequence = datasets.load(source.spec, truth=source.truth)
-            row = pack_truth(sequence.fingerprint, stored_truth(sequence))
-            self._truths[task.source, sequence.fingerprint] = row
+            self._truths[task.source, sequence.fingerprint] = stored_truth(sequence)
         if key not in self._truths:
             raise SequenceError(
                 f"{task.source.spec}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
         origin = {"source": source.spec, "truth": str(source.truth or "")}
-        complete = [
-            with_metadata(replace(run, metadata={**run.metadata, **origin})) for run in runs
-        ]
+        complete = [replace(run, metadata={**run.metadata, **origin}) for run in runs]
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._run_store.add_all(
-            zip(complete, replaced, strict=True), [self._truths[key]]
-        )
-        truth = unpack_truth(self._truths[key])
-        rows = [
-            run_row(run, truth) for run, is_new in zip(complete, is_stored, strict=True) if is_new
-        ]
+        added = self._run_store.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        rows = [row for row in added if row is not None]
         kept_keys = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if kept_keys:  # stored by another process
             all_rows = Runs.open(self.folder).stored_rows

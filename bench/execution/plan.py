@@ -23,9 +23,9 @@ from trackmark.bench.experiments.tracker_spec import (
 )
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
-from trackmark.bench.store.run_rows import list_runs
-from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
+from trackmark.bench.store.run_rows import SequenceOrigin, find_other_origin, origins_by_name
+from trackmark.bench.store.run_store import MAX_RUNS, RunStore
+from trackmark.bench.store.runs import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.trackers import Randomness
@@ -145,10 +145,6 @@ class Plan:
         np.add.at(counts, (trackers, self.statuses.ravel()), 1)
         return counts
 
-    def requested_runs(self) -> RequestedRuns:
-        """Return the requested runs, to be stored with the results."""
-        return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
-
     def with_stored(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
         """Return the plan with statuses determined from the stored runs (`rows` of `list_runs`).
 
@@ -217,7 +213,7 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    rows = list_runs(store)
+    rows = list_runs(store.folder)
     counts = _repetitions(experiment, trackers, len(sequences))
     plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
     _check_names(plan, rows, store.folder)

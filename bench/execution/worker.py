@@ -34,7 +34,7 @@ from trackmark.bench.execution.task import (
 from trackmark.bench.experiments.tracker_spec import (
     Identity,
     TrackerSpec,
-    parse_trackers,
+    parse_tracker,
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
@@ -213,7 +213,7 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     """
     sequence = datasets.load(task.source.spec, truth=task.source.truth)
     try:
-        parsed = parse_trackers(run.tracker for run in task.runs)
+        parsed = {spec: parse_tracker(spec) for spec in dict.fromkeys(r.tracker for r in task.runs)}
     except (TrackerError, OSError) as error:
         message = str(error)
         if isinstance(error, ExternalTrackerError):

@@ -3,9 +3,8 @@
 import hashlib
 import inspect
 import json
-import typing
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -65,19 +64,10 @@ class Identity:
         return bool(self.tracker_code.get("source") == IMPORTED)
 
     @cached_property
-    def digest(self) -> str:
-        """Digest of all fields."""
-        return _digest(self._determining())
-
-    @cached_property
     def version(self) -> str:
         """Digest of all fields except the repetition; runs of equal version can be averaged."""
-        return _digest(self._determining("repetition"))
-
-    def _determining(self, *excluded: str) -> dict[str, Any]:
-        """Return the values by field name; for speed, they are not copied."""
-        names = (entry.name for entry in fields(self))
-        return {name: getattr(self, name) for name in names if name not in excluded}
+        names = [entry.name for entry in fields(self) if entry.name != "repetition"]
+        return _digest({name: getattr(self, name) for name in names})
 
     @cached_property
     def tracker_version(self) -> str:
@@ -95,10 +85,6 @@ def _digest(determining: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
-"""Versions of trackers that are known so far, by file and `class_name`."""
-
-
 @dataclass(frozen=True)
 class TrackerSpec:
     """Tracker with validated parameters."""
@@ -110,13 +96,11 @@ class TrackerSpec:
     randomness: Randomness  # source of the tracker's random numbers
     make: TrackerFactory  # creates a tracker from a seed sequence
     file: Path | None  # source file; None for a callable without a file
+    version: Mapping[str, Any]  # versions of source and libraries; see `Identity.tracker_code`
     init: str = BOXES  # as in `Identity`
-    class_name: str = ""  # class in the file, if it is not part of the name
     # Time limit of a call, which the tracker's own process enforces [s]; 0 without such a process.
     call_seconds: float = 0.0
     base_seed: int | None = None  # selects other random numbers for all runs; see `run_seed`
-    # Cache of `version`, also for other trackers of its file, because reading a file is slow.
-    versions: TrackerVersions = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def is_built_in(self) -> bool:
@@ -146,14 +130,6 @@ class TrackerSpec:
         return replace(self, make=make.limited(frame_seconds), call_seconds=frame_seconds)
 
     @property
-    def version(self) -> dict[str, Any]:
-        """Version of the source, and versions of libraries; see `Identity`."""
-        key = self.file, self.class_name
-        if key not in self.versions:
-            self.versions[key] = tracker_version(self.name, self.file, self.class_name)
-        return self.versions[key]
-
-    @property
     def digest(self) -> str:
         """Digest of the version, as `Identity.tracker_version`."""
         return _digest(self.version)
@@ -181,27 +157,24 @@ def built_in_digest(name: str) -> str | None:
     return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
-def parse_tracker(
-    tracker: str | TrackerFactory, versions: TrackerVersions | None = None
-) -> TrackerSpec:
+def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
     """Return a tracker from its specification, or from a callable that creates the tracker.
 
     `tracker` is `name:key=value:…` or `path/to/file.py:ClassName:key=value:…`, or a callable that
     takes a `numpy.random.SeedSequence`. The class can be omitted if the file defines one tracker.
-    In addition to parameters, keys can be `preset`, `init` and, for files, `as`. `versions` is the
-    cache of the versions of several trackers.
+    In addition to parameters, keys can be `preset`, `init` and, for files, `as`.
 
     Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
     `TypeError` for a tracker object, because its seed is unknown.
     """
     if isinstance(tracker, str):
-        return _from_text(tracker, {} if versions is None else versions)
+        return _from_text(tracker)
     if not callable(tracker):
         raise TypeError(
             f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Use its name, "
             "or a callable that creates the tracker from a numpy.random.SeedSequence."
         )
-    name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
+    name, file = getattr(tracker, "__qualname__", type(tracker).__qualname__), source_file(tracker)
     return TrackerSpec(
         label=name,
         name=name,
@@ -209,7 +182,8 @@ def parse_tracker(
         parameters={},
         randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
         make=tracker,
-        file=source_file(tracker),
+        file=file,
+        version=tracker_version(name, file),
     )
 
 
@@ -222,34 +196,10 @@ def source_file(tracker: TrackerFactory) -> Path | None:
     return Path(source) if source and Path(source).is_file() else None
 
 
-def parse_trackers(
-    specs: Iterable[str], versions: TrackerVersions | None = None
-) -> dict[str, TrackerSpec]:
-    """Return trackers by their specifications, with their versions; see `parse_tracker`."""
-    versions = {} if versions is None else versions
-    parsed = {spec: parse_tracker(spec, versions) for spec in dict.fromkeys(specs)}
-    for tracker in parsed.values():
-        tracker.version  # noqa: B018  # computed now, before the file can change
-    return parsed
-
-
-class SequenceIdentity(typing.Protocol):
-    """Name and fingerprint of a sequence."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102  # canonical
-
-    @property
-    def fingerprint(self) -> str: ...  # noqa: D102  # digest of pixels and ground truth
-
-
 def run_identity(
-    spec: TrackerSpec,
-    sequence: SequenceIdentity,
-    repetition: int,
-    protocol: str = ONE_PASS,
+    spec: TrackerSpec, sequence: Any, repetition: int, protocol: str = ONE_PASS
 ) -> Identity:
-    """Return the identity of a run of a tracker on a sequence."""
+    """Return the identity of a run; `sequence` has a name and a fingerprint."""
     return Identity(
         tracker=spec.label,
         tracker_name=spec.name,
@@ -264,21 +214,20 @@ def run_identity(
     )
 
 
-def _from_text(tracker: str, versions: TrackerVersions) -> TrackerSpec:
+def _from_text(tracker: str) -> TrackerSpec:
     name, options = split_text(tracker)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     if is_external(name, options) or is_outside(name):
-        return _from_outside(name, options, init, versions)
+        return _from_outside(name, options, init)
     specification = trackers.resolve(name, **options)
-    spec = _from_specification(specification, init, versions=versions)
+    version = tracker_version(name, specification.file)
+    spec = _from_specification(specification, init, version=version)
     uses_process = specification.randomness is Randomness.PROCESS
     return spec.isolated(FRAME_SECONDS) if uses_process else spec
 
 
-def _from_outside(
-    name: str, options: dict[str, str], init: str, versions: TrackerVersions
-) -> TrackerSpec:
+def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
     """Return a tracker that is not part of the package; its process is started once."""
     # A command loads the modules of processes only for a tracker that needs a process.
     from trackmark.bench.external.definition import open_external
@@ -289,16 +238,16 @@ def _from_outside(
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
         limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
-        own_versions = {(specification.file, ""): plugin.version}
         return _from_specification(
-            specification, init, call_seconds=max(limits), versions=own_versions
+            specification, init, call_seconds=max(limits), version=plugin.version
         )
     factory, fields = open_isolated(name, options)
     # A file that defines one tracker can omit the class from the name.
     class_name = fields.pop("class_name")
-    named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
-    class_name = "" if named else class_name
-    spec = _make_spec(**fields, init=init, make=factory, class_name=class_name, versions=versions)
+    is_named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
+    file = Path(fields["file"])
+    version = tracker_version(fields["name"], file, "" if is_named else class_name)
+    spec = _make_spec(**fields, init=init, make=factory, version=version)
     return spec.isolated(FRAME_SECONDS)
 
 
@@ -380,19 +329,19 @@ class UnusableTrackersError(TrackerError):
 
 
 def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
-    """Return trackers as `parse_trackers`, for use in other processes than this one.
+    """Return trackers by their specifications, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
 
     Raises one `UnusableTrackersError` that names all trackers that cannot be used, and the others.
     """
-    specs, versions = list(dict.fromkeys(specs)), TrackerVersions()
+    specs = list(dict.fromkeys(specs))
     parsed: dict[str, TrackerSpec] = {}
     errors: dict[str, TrackerError] = {}
     try:
         for spec in specs:
             try:
-                parsed |= parse_trackers([spec], versions)
+                parsed[spec] = parse_tracker(spec)
             except TrackerError as error:
                 errors[spec] = error
     finally:

@@ -50,7 +50,7 @@ def test_run_is_scored_by_the_region_of_its_start(sequence):
 def test_region_changes_identity_but_not_seed(sequence):
     plain, full = parse_tracker("static"), parse_tracker("static:init=full")
     runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
-    assert runs[0].identity.digest != runs[1].identity.digest
+    assert runs[0].identity.version != runs[1].identity.version
     assert plain.name == full.name == "static"
     assert parse_tracker("static:init=boxes").label == "static"
 
@@ -72,11 +72,9 @@ def test_timing_run_starts_from_the_region(sequence):
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.run_store import RequestedRuns
-
     results = RunStore(tmp_path / "trial")
     runs = [evaluate_run(text, sequence) for text in ("static", "static:init=full")]
-    results.add_requests(RequestedRuns("trial", {}))
+    results.add_requests({}, "trial")
     add_truth_of(results.folder, sequence)
     for run in runs:
         results.add(run)

@@ -83,6 +83,7 @@ def spec(name, options, make):
         selected.randomness,
         make or selected.create,
         None,
+        {},
     )
 
 

@@ -15,7 +15,7 @@ from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.trackers.camshift import CamShift
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
@@ -190,7 +190,7 @@ def stored_runs(folder, trackers, sequences):
             assert results.add(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.add_requests(RequestedRuns(folder.name, versions))
+    results.add_requests(versions, folder.name)
     return set(versions)
 
 
