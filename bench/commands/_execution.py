@@ -40,7 +40,10 @@ def plan_experiment(
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
             progress=opened,
-            **options.execution_arguments,
+            jobs=options.jobs,
+            backend=options.backend,
+            address=options.address,
+            limits=options.limits,
         )
 
 
