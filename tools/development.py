@@ -138,11 +138,13 @@ def measured_values(planned: list[VariantRun], runs: PaperRuns, measure: Measure
     """Return one row per run: columns of `UNIT`, registered name, tracker, variant, value."""
     rows = []
     for run in planned:
-        (measured,) = runs.measured_runs(run.spec, run.unit)
+        measured = runs.measured_run(run.spec, run.unit)
+        assert measured is not None
         if run.data == "scenes":
             value = measure(measured)
         else:
-            value = mean_overlap(measured.in_trajectory("online"))
+            rules = replace(measured.rules, trajectory="online")
+            value = mean_overlap(replace(measured, rules=rules))
         tracker = run.tracker
         rows.append(
             {

@@ -26,7 +26,8 @@ from trackmark.bench.commands._progress import RunProgress, print_hint, print_me
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.papers import ReproductionOptions
-    from trackmark.bench.papers.reproduction import Report, Reproduction
+    from trackmark.bench.papers.paper import Paper
+    from trackmark.bench.papers.reproduction import Report
     from trackmark.bench.store.keys import RunKey
 
 
@@ -38,7 +39,6 @@ class ReproduceOptions(ScreenOptions, ExecutionOptions):
     all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
     quick: bool = option("Main table and figure strips in a minute, without verdicts.")
     with_sensitivity: bool = option("Add the sensitivity table.", "--all")
-    repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
     page: Path | None = output_option(
         "Markdown file for the page of the paper; `-details` is added for its details. Film "
         "strips go to ../pictures/papers.",
@@ -65,7 +65,7 @@ def command(options: ReproduceOptions) -> int:
     """
     from trackmark.bench.papers import ReproductionOptions, paper_names
     from trackmark.bench.papers.markdown_page import write_markdown_pages
-    from trackmark.bench.papers.reproduction import Reproduction
+    from trackmark.bench.papers.paper import read_paper
 
     page, quick = options.page, options.quick
     if (options.paper is None) != options.all_papers:
@@ -82,12 +82,11 @@ def command(options: ReproduceOptions) -> int:
     reproduced = ReproductionOptions(
         quick=quick,
         with_sensitivity=options.with_sensitivity,
-        repetitions=options.repetitions,
         jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if options.paper is None else [options.paper]:
-        report = _reproduce(Reproduction(name), reproduced, options)
+        report = _reproduce(read_paper(name), reproduced, options)
         if page is not None:
             pictures = page.absolute().parent.parent / "pictures" / "papers"
             write_markdown_pages(page.absolute(), pictures, report)
@@ -101,19 +100,19 @@ def command(options: ReproduceOptions) -> int:
 
 
 def _reproduce(
-    reproduction: "Reproduction", reproduced: "ReproductionOptions", options: ReproduceOptions
+    paper: "Paper", reproduced: "ReproductionOptions", options: ReproduceOptions
 ) -> "Report":
     """Run the reproduction of a paper; write and print its report."""
-    from trackmark.bench.papers.reproduction import report_data
+    from trackmark.bench.papers.plan import experiments
+    from trackmark.bench.papers.reproduction import make_report, report_data
     from trackmark.bench.papers.terminal_report import report_lines
 
-    started_at, paper = time.monotonic(), reproduction.paper
-    folder = options.results_root / paper.name
+    started_at, folder = time.monotonic(), options.results_root / paper.name
     requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        for experiment in reproduction.experiments(reproduced)
+        for experiment in experiments(paper, reproduced)
     ]
     runs = sum(execution.tasks.n_runs for execution in executions)
     quick = ", quick look without verdicts" if reproduced.quick else ""
@@ -123,7 +122,7 @@ def _reproduce(
             execute_runs(execution, progress=progress)
             requested[execution.experiment.name] = execution.plan.requested_runs().versions
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
-        report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
+        report = make_report(paper, options.results_root, folder, reproduced, requested, progress)
     json_object = report_data(report, time.monotonic() - started_at)
     _write(report, json_object, folder)
     if options.as_json:

@@ -5,8 +5,8 @@ is not part of the wheel, executes the runs and stores their means in `developme
 scenes of the claims is among them.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cache
 from typing import Annotated, Literal
 
@@ -20,9 +20,8 @@ from trackmark.bench.papers.cases import (
     PaperTracker,
     SequenceNames,
     TrackerName,
-    parse_options,
 )
-from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper
+from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper, changed_options
 from trackmark.bench.papers.toml_table import NonEmptyText, Texts, TomlTable, validated
 
 FIRST_SCENE = 100
@@ -55,14 +54,13 @@ class DevelopmentRuns(TomlTable):
 
 
 class Candidate(TomlTable):
-    """Values that were compared with those of a setting, and not taken.
+    """Values that were compared with the recommended ones, and not taken.
 
-    A candidate with a `reason` is as well founded as the value of the setting. The other candidates
+    A candidate with a `reason` is as well founded as the recommended value. The other candidates
     are choices that the text leaves open. `changed_options` as in `SensitivityRow`.
     """
 
     name: NonEmptyText
-    setting: Literal["as-written", "recommended"] = "recommended"
     changed_options: OptionTexts
     reason: str = ""
 
@@ -97,13 +95,13 @@ class Variant:
 
     name: str
     setting: str
-    changed_options: tuple[tuple[str, str], ...] = ()
+    changed_options: Mapping[str, str] = field(default_factory=dict)
     reference: str = ""  # name of a variant; empty for the first one
     kind: Kind = "setting"
 
     def spec(self, tracker: PaperTracker) -> str:
         """Return the specification of a tracker with the values of the variant."""
-        return tracker.spec(self.setting, dict(self.changed_options))
+        return tracker.spec(self.setting, self.changed_options)
 
 
 def read_development(paper: Paper) -> Development:
@@ -121,21 +119,19 @@ def variants(paper: Paper, development: Development, tracker: PaperTracker) -> l
     compared = [Variant(WRITTEN, WRITTEN)]
     steps = paper.steps(tracker.registered_name)
     compared += [
-        Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN, "alone")
+        Variant(alone(step), WRITTEN, {step.parameter: step.recommended}, WRITTEN, "alone")
         for step in steps
     ]
     previous = WRITTEN
     for n_steps, step in enumerate(steps, 1):
-        options = tuple((step.parameter, step.recommended) for step in steps[:n_steps])
+        options = {step.parameter: step.recommended for step in steps[:n_steps]}
         compared.append(Variant(together(step), WRITTEN, options, previous, "together"))
         previous = together(step)
-    compared.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
+    compared.append(Variant(RECOMMENDED, RECOMMENDED, reference=WRITTEN))
     for candidate in development.candidates:
-        options = candidate_options(candidate, tracker)
-        if options:
+        if options := changed_options(candidate.changed_options, tracker):
             kind: Kind = "reasoned" if candidate.reason else "choice"
-            setting = candidate.setting
-            compared.append(Variant(candidate.name, setting, options, setting, kind))
+            compared.append(Variant(candidate.name, RECOMMENDED, options, RECOMMENDED, kind))
     return compared
 
 
@@ -154,13 +150,6 @@ def alone(step: ChainStep) -> str:
 def together(step: ChainStep) -> str:
     """Return the name of the variant that takes all steps up to this one."""
     return f"up to {step.parameter}"
-
-
-def candidate_options(candidate: Candidate, tracker: PaperTracker) -> tuple[tuple[str, str], ...]:
-    """Return the options that a candidate changes for a tracker, in their order."""
-    changes = candidate.changed_options
-    text = changes.get(tracker.name, changes.get(tracker.registered_name, ""))
-    return tuple(parse_options(text).items())
 
 
 @cache

@@ -98,7 +98,8 @@ def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.D
 
 def _kept_shares(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
     """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
-    n_kept = _values(claim_cases, measure.kept_measure or context.paper.kept_measure, context)
+    kept = replace(measure, function=measure.kept) if measure.kept else context.paper.kept_measure
+    n_kept = _values(claim_cases, kept, context)
     n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
     return n_kept.assign(value=n_kept["value"] / n_kept["sequence"].map(n_members))
 
@@ -134,17 +135,17 @@ def _equal_share(claim: Claim, gathered: Evidence, context: Context) -> float:
 
 
 def _equal_boxes(first: str, second: str, scene: str, context: Context) -> bool:
-    pairs = zip(
-        *(context.runs.measured_runs(tracker, scene) for tracker in (first, second)), strict=False
-    )
-    return all(np.array_equal(a.boxes, b.boxes, equal_nan=True) for a, b in pairs)
+    runs = [context.runs.measured_run(tracker, scene) for tracker in (first, second)]
+    boxes = [measured.boxes for measured in runs if measured]
+    return all(np.array_equal(boxes[0], other, equal_nan=True) for other in boxes[1:])
 
 
 def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDArray[np.float64]:
     """Return by scene the success of losing the target before the event; empty without event."""
-    if claim.measure.lost_before is None or not claim.trackers:
+    measure = claim.measure
+    if measure.lost_before is None or not claim.trackers:
         return np.zeros(0)
-    values = _values(claim_cases, claim.measure.lost_before, context)
+    values = _values(claim_cases, replace(measure, function=measure.lost_before), context)
     return success(values["value"])
 
 
@@ -165,7 +166,7 @@ def _failed(claim_cases: list[Case], context: Context) -> str:
         measured.record
         for case in claim_cases
         for scene in case.scenes_of_members
-        for measured in context.runs.measured_runs(case.tracker, scene)
+        if (measured := context.runs.measured_run(case.tracker, scene))
     ]
     failed = [record for record in records if record.failure]
     if not failed:

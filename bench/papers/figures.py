@@ -118,12 +118,13 @@ def median_scene(case: Case, context: Context) -> str:
 
 
 def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> dict[str, MeasuredRun]:
-    """Return the first run of each setting by its label; one run if the settings are equal."""
+    """Return the run of each setting by its label; one run if the settings are equal."""
     specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
     written, recommended = (parameters(spec) for spec in specs.values())
     if not differences(written, recommended):
         specs = {BOTH: specs.popitem()[1]}
-    return {label: context.runs.measured_runs(spec, scene)[0] for label, spec in specs.items()}
+    runs = {label: context.runs.measured_run(spec, scene) for label, spec in specs.items()}
+    return {label: measured for label, measured in runs.items() if measured}
 
 
 def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note]:
@@ -155,14 +156,10 @@ def _plot(definition: FigureDefinition, context: Context) -> tuple[str, Figure |
     for setting, label in SETTING_LABELS.items():
         for tracker in definition.trackers:
             case = _case(definition, tracker, setting, context)
-            runs_by_scene = (
-                context.runs.measured_runs(case.tracker, s) for s in case.scenes_of_members
-            )
-            means = [
-                np.mean([*map(definition.quantity, runs)], axis=0) for runs in runs_by_scene if runs
-            ]
-            if means:  # shorter scenes are padded with NaN
-                panels.setdefault(label, {})[tracker.name] = pd.DataFrame(means).to_numpy(float)
+            runs = (context.runs.measured_run(case.tracker, s) for s in case.scenes_of_members)
+            curves = [definition.quantity(measured) for measured in runs if measured]
+            if curves:  # shorter scenes are padded with NaN
+                panels.setdefault(label, {})[tracker.name] = pd.DataFrame(curves).to_numpy(float)
     if not panels:
         return "", None
     quantity, trackers = definition.axis_label, [tracker.name for tracker in definition.trackers]

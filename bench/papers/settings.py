@@ -13,19 +13,17 @@ import pandas as pd
 from trackmark import trackers
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.papers import SETTINGS
-from trackmark.bench.papers.cases import PaperTracker
 from trackmark.bench.papers.development import (
     FIRST_SCENE,
     WRITTEN,
     Development,
     alone,
-    candidate_options,
     effect,
     read_development,
     registered_names,
     together,
 )
-from trackmark.bench.papers.paper import Paper
+from trackmark.bench.papers.paper import Paper, changed_options
 from trackmark.datasets.spec_string import format_text
 from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers import Parameters
@@ -108,8 +106,9 @@ def candidate_table(paper: Paper) -> Table:
     development = read_development(paper)
     rows = []
     for name in registered_names(development):
+        of_name = [item for item in paper.trackers.values() if item.registered_name == name]
         for candidate in development.candidates:
-            if any(candidate_options(candidate, tracker) for tracker in _entries(paper, name)):
+            if any(changed_options(candidate.changed_options, tracker) for tracker in of_name):
                 effects = [
                     _difference(effect(paper.name, data, name, candidate.name))
                     for data in ("scenes", "recordings")
@@ -121,13 +120,6 @@ def candidate_table(paper: Paper) -> Table:
         "95 % intervals. A choice has no reason in the text."
     )
     return text_table("candidates", caption, headings, rows, 3)
-
-
-def _entries(paper: Paper, registered_name: str) -> list[PaperTracker]:
-    """Return the paper's trackers with a registered name."""
-    return [
-        tracker for tracker in paper.trackers.values() if tracker.registered_name == registered_name
-    ]
 
 
 def _effects(paper: Paper, development: Development, name: str, variant: str) -> list[str]:

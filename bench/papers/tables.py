@@ -2,7 +2,6 @@
 
 import pandas as pd
 
-from trackmark.bench.papers import SETTING_LABELS
 from trackmark.bench.papers.criteria import read_criteria, read_values
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import Sensitivity
@@ -18,7 +17,7 @@ def sensitivity_table(context: Context, table: Sensitivity) -> Table:
         for column in table.columns:
             values = context.runs.values(table.case(row, column), column.measure)
             cells.append(format_mean(values, column.measure, len(column.sequence.members)))
-        rows.append([row.choice, SETTING_LABELS[row.setting], *cells])
+        rows.append([row.choice, "recommended", *cells])
     headings = ["choice", "setting", *(column.heading for column in table.columns)]
     caption = (
         f"Means over {table.scenes} scenes. Each row changes one choice of its setting; rows with "

@@ -13,11 +13,11 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.plots import QUARTILES, draw_median
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
     draw_image,
+    draw_line,
     new_figure,
     outline_effect,
 )
@@ -176,20 +176,19 @@ def appearance_plot(
     threshold: float,
     shades: Mapping[str, NDArray[np.bool_]],
 ) -> Figure:
-    """Draw the number of positive samples by frame, and below it the share of initialising runs.
+    """Draw the number of positive samples by frame, and below it the frames of initialisation.
 
-    `counts`: number of positive samples, shape (runs, frames). `modes`: 0 initialising, 1 tracking,
-    NaN without estimate, shape (runs, frames). `threshold`: number of positive samples at which the
-    mode changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
+    `counts`: number of positive samples, shape (frames,). `modes`: 0 initialising, 1 tracking, NaN
+    without estimate, shape (frames,). `threshold`: number of positive samples at which the mode
+    changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
     """
     figure, (upper, lower) = new_figure(title, 4.4, n_rows=2, heights=(3, 1))
-    estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))
+    estimated = np.flatnonzero(np.isfinite(counts))
     frames = np.arange(estimated[0], estimated[-1] + 1)
-    draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
+    draw_line(upper, frames, counts[frames], "positive appearances", 0)
     line: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
     upper.axhline(threshold, label="threshold b·N", **line)
-    initialising = 1.0 - np.ma.masked_invalid(modes[:, frames]).mean(axis=0).filled(np.nan)
-    lower.fill_between(frames, initialising, step="mid", color=colour(1), linewidth=0)
+    lower.fill_between(frames, 1.0 - modes[frames], step="mid", color=colour(1), linewidth=0)
     for grey, (label, flags) in zip(_GREYS, shades.items(), strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
         for index, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
@@ -198,7 +197,7 @@ def appearance_plot(
             lower.axvspan(start, stop, **look)
     upper.set(ylabel="samples", xlim=(frames[0], frames[-1]))
     upper.set_ylim(bottom=0)
-    lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
-    lower.set_yticks([0, 0.5, 1], ["0", "", str(len(counts))])
-    add_legend(figure, f"{QUARTILES} repetitions" if len(counts) > 1 else "")
+    lower.set(ylabel="initialisation", xlabel="frame", ylim=(0, 1))
+    lower.set_yticks([0, 1], ["no", "yes"])
+    add_legend(figure, "")
     return figure

@@ -13,8 +13,10 @@ from trackmark import datasets
 from trackmark.bench import papers as papers_package
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
+from trackmark.bench.papers import ReproductionOptions, cases, paper
 from trackmark.bench.papers.measures import find_measure
+from trackmark.bench.papers.plan import experiments
+from trackmark.bench.papers.reproduction import make_report
 from trackmark.bench.store.run_store import RequestedRuns, RunStore
 from trackmark.trackers.camshift import CamShift
 
@@ -203,8 +205,8 @@ class Tiny:
 
     @cached_property
     def paper(self):
-        """`Reproduction` of the tiny paper."""
-        return reproduction.Reproduction("tiny")
+        """The content of its files."""
+        return paper.read_paper("tiny")
 
     @cached_property
     def requested(self):
@@ -215,13 +217,14 @@ class Tiny:
                 experiment.trackers,
                 [source.spec for source in experiment.sequences],
             )
-            for experiment in self.paper.experiments(ReproductionOptions(with_sensitivity=True))
+            for experiment in experiments(self.paper, ReproductionOptions(with_sensitivity=True))
         }
 
     def report(self, **options):
         """Return a report; its figures lie in `results / "tiny"`."""
         options = ReproductionOptions(jobs=1, **options)
-        return self.paper.report(self.results, self.results / "tiny", options, self.requested)
+        folder = self.results / "tiny"
+        return make_report(self.paper, self.results, folder, options, self.requested)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +239,7 @@ def tiny(tmp_path_factory):
         patch.setattr(CamShift, "presets", presets)
         patch.setattr(papers_package, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
-        patch.setattr(plan, "MAIN_SCENES", len(SCENES))
+        patch.setattr(paper, "MAIN_SCENES", len(SCENES))
         yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
     for name in [name for name in sys.modules if name.startswith("trackmark.bench.papers.tiny")]:
         del sys.modules[name]

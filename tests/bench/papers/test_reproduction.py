@@ -27,7 +27,6 @@ from trackmark.bench.papers.figures import draw_figures, figure_label
 from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.main_table import MainCell
-from trackmark.bench.papers.measures import FRAME_VALUES
 from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.terminal_report import report_lines
 from trackmark.bench.papers.verdicts import setting_counts
@@ -47,8 +46,8 @@ def test_main_table_counts_scenes_in_the_units_of_the_paper(report):
     main, times = report.main
     assert main.headings == ["statement", "tracker", "paper", "as written", "recommended"]
     runs = report.context.runs
-    static = [runs.measured_runs(STATIC, scene)[0] for scene in SCENES]
-    camshift = [runs.measured_runs(ADAPTIVE, scene)[0] for scene in SCENES]
+    static = [runs.measured_run(STATIC, scene) for scene in SCENES]
+    camshift = [runs.measured_run(ADAPTIVE, scene) for scene in SCENES]
     frames = [np.mean([run.on_target.sum() for run in runs_of]) for runs_of in (camshift, static)]
     smaller = sum(a.error.mean() < b.error.mean() for a, b in zip(camshift, static, strict=True))
     n_kept = sum(run.on_target[-10:].all() and run.on_target.mean() >= 0.9 for run in static)
@@ -309,17 +308,13 @@ def test_quick_report_has_no_verdicts(tiny, tmp_path):
 
 def test_failed_run_counts_as_lost_and_is_named(tiny, report, monkeypatch):
     runs, scene = report.context.runs, report.verdicts[1].evidence["recommended"].first["scene"][0]
-    measured_runs, (measured,) = (
-        runs.measured_runs,
-        runs.measured_runs("static:preset=recommended", scene),
-    )
+    measured_run = runs.measured_run
+    measured = measured_run("static:preset=recommended", scene)
     failed = replace(measured, record=replace(measured.record, failure="frame 3: ValueError: no"))
     monkeypatch.setattr(
         runs,
-        "measured_runs",
-        lambda *run: (
-            [failed] if run == ("static:preset=recommended", scene) else measured_runs(*run)
-        ),
+        "measured_run",
+        lambda *run: failed if run == ("static:preset=recommended", scene) else measured_run(*run),
     )
     values = evidence(report.context.paper.claims["TI-2"], "recommended", report.context)
     assert values.first["value"].iloc[0] == 0
@@ -363,8 +358,7 @@ def test_figures_are_drawn_in_order_of_the_entries(report):
 
 def test_strip_shows_the_scene_of_median_error(report):
     errors = {
-        scene: report.context.runs.measured_runs(ADAPTIVE, scene)[0].error.mean()
-        for scene in SCENES
+        scene: report.context.runs.measured_run(ADAPTIVE, scene).error.mean() for scene in SCENES
     }
     middle = sorted(errors, key=errors.__getitem__)[5]  # the lower one of twelve
     assert (
@@ -378,7 +372,7 @@ def test_strip_has_a_row_per_tracker_with_both_settings(report, redraw):
     assert strip.labels == ["frame 1", "frame 10", "frame 20"]
     rows = {row.name: [*row.outlines[1]] for row in strip.rows}
     assert rows == {"camshift": ["as written", "recommended"], "static": ["both settings"]}
-    run = report.context.runs.measured_runs(ADAPTIVE, strip.scene.split("`")[1])[0]
+    run = report.context.runs.measured_run(ADAPTIVE, strip.scene.split("`")[1])
     np.testing.assert_array_equal(strip.rows[0].outlines[1]["recommended"], run.boxes[9])
     np.testing.assert_array_equal(strip.truth[1], run.truth.boxes[9])
 
@@ -386,13 +380,15 @@ def test_strip_has_a_row_per_tracker_with_both_settings(report, redraw):
 def test_plot_has_scenes_in_a_panel_per_setting(report, redraw, monkeypatch):
     panels, draw = [], figures.series_plot
     monkeypatch.setattr(figures, "series_plot", lambda *a: panels.append(a[0]) or draw(*a))
-    (drawing,) = redraw("figure-2", quantity=FRAME_VALUES["overlap"], axis_label="overlap [share]")
+    (drawing,) = redraw(
+        "figure-2", quantity=lambda measured: measured.overlap, axis_label="overlap [share]"
+    )
     assert (
         "overlap [share] of camshift; static: median and quartiles over 12" in drawing.description
     )
     (panel,) = panels
     assert list(panel) == ["as written", "recommended"]
-    expected = [report.context.runs.measured_runs(ADAPTIVE, scene)[0].overlap for scene in SCENES]
+    expected = [report.context.runs.measured_run(ADAPTIVE, scene).overlap for scene in SCENES]
     np.testing.assert_allclose(panel["recommended"]["camshift"], expected)
 
 
@@ -518,9 +514,9 @@ def test_cell_of_main_table_opens_its_worst_run(page, report):
     of_counts = counts[-2:]  # recommended
     assert [cell["tracker"] for cell in of_counts] == ["camshift, recommended", "static"]
     for cell, text in zip(of_counts, TEXTS, strict=True):
-        frames = {scene: runs.measured_runs(text, scene)[0].on_target.sum() for scene in SCENES}
+        frames = {scene: runs.measured_run(text, scene).on_target.sum() for scene in SCENES}
         assert frames[cell["sequence"]] == min(frames.values())
-    errors = {scene: runs.measured_runs(ADAPTIVE, scene)[0].error.mean() for scene in SCENES}
+    errors = {scene: runs.measured_run(ADAPTIVE, scene).error.mean() for scene in SCENES}
     assert comparison[-1]["sequence"] == max(errors, key=errors.__getitem__)
 
 

@@ -11,12 +11,11 @@ from trackmark.bench.papers.development import (
     ALL,
     FIRST_SCENE,
     N_SCENES,
-    candidate_options,
     read_development,
     read_effects,
     variants,
 )
-from trackmark.bench.papers.paper import read_paper, read_sensitivity
+from trackmark.bench.papers.paper import changed_options, read_paper, read_sensitivity
 from trackmark.bench.papers.sections import chain_section
 from trackmark.bench.papers.settings import chain_table, clip_command, differences, parameters
 from trackmark.bench.statistics.rules import CLAIM_MARGIN
@@ -120,7 +119,9 @@ def test_candidates_change_a_tracker(name):
     paper = read_paper(name)
     development = read_development(paper)
     for candidate in development.candidates:
-        assert any(candidate_options(candidate, runs.tracker) for runs in development.runs)
+        assert any(
+            changed_options(candidate.changed_options, runs.tracker) for runs in development.runs
+        )
 
 
 def test_chain_table_has_the_effect_of_each_step():

@@ -1,5 +1,6 @@
 """Times of methods that take turns, and tables of times."""
 
+import importlib
 from types import SimpleNamespace
 
 import numpy as np
@@ -7,7 +8,6 @@ import pytest
 
 from trackmark.bench.evaluation import timed_clips
 from trackmark.bench.papers import timing
-from trackmark.bench.papers.measures import paper_module
 from trackmark.bench.papers.multipart import timing as multipart
 from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
 from trackmark.bench.papers.paper import read_paper
@@ -145,7 +145,7 @@ def simulated_times(context, methods, setting, names, sequences, *_):
 
 @pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
 def test_table_of_times_has_a_cell_per_heading(paper, monkeypatch):
-    module = paper_module(paper, "timing")
+    module = importlib.import_module(f"trackmark.bench.papers.{paper}.timing")
     monkeypatch.setattr(module, "kept_times", simulated_times)
     table = module.time_table(SimpleNamespace(paper=read_paper(paper)))
     assert table.rows
