@@ -8,16 +8,18 @@ scenes of the claims is among them.
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cache
-from typing import Annotated, Literal
+from typing import Annotated
 
 import pandas as pd
-from pydantic import Field
+from pydantic import Field, InstanceOf
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.cases import (
+    Case,
     MeasureName,
     PaperTracker,
+    SequenceName,
     SequenceNames,
     TrackerName,
 )
@@ -34,9 +36,6 @@ N_SCENES = 16
 """Number of development scenes per sequence, unless the cost of a paper's runs forbids it."""
 
 WRITTEN, RECOMMENDED = "as-written", "recommended"
-
-Kind = Literal["setting", "alone", "together", "reasoned", "choice"]
-"""Kind of a variant: a setting, a step alone, steps together, or a candidate."""
 
 ALL = "all"
 """Name of all sequences, or of all recordings, in `development.csv`."""
@@ -57,7 +56,8 @@ class Candidate(TomlTable):
     """Values that were compared with the recommended ones, and not taken.
 
     A candidate with a `reason` is as well founded as the recommended value. The other candidates
-    are choices that the text leaves open. `changed_options` as in `SensitivityRow`.
+    are choices that the text leaves open. `changed_options`: options by tracker,
+    which is named as in `paper.toml` or by its registered name.
     """
 
     name: NonEmptyText
@@ -89,6 +89,32 @@ class Development(TomlTable):
         return N_RECORDINGS - len(self.skipped_recordings)
 
 
+class SensitivityColumn(TomlTable):
+    """Column of the sensitivity table: a measure of a tracker on a sequence."""
+
+    heading: NonEmptyText
+    sequence: SequenceName
+    tracker: TrackerName
+    measure: MeasureName
+
+
+class Sensitivity(TomlTable):
+    """Sensitivity table of a paper, which has no verdicts.
+
+    Its rows are candidates of `development.toml` without a reason: choices that the paper leaves
+    open. Columns of trackers that a candidate does not change have the recommended values.
+    """
+
+    scenes: Annotated[int, Field(ge=1)] = 8
+    columns: tuple[SensitivityColumn, ...]
+    rows: tuple[InstanceOf[Candidate], ...]
+
+    def case(self, row: Candidate, column: SensitivityColumn) -> Case:
+        """Return the runs behind a cell of the table."""
+        changes = changed_options(row.changed_options, column.tracker)
+        return Case(column.tracker.spec(RECOMMENDED, changes), column.sequence, self.scenes)
+
+
 @dataclass(frozen=True)
 class Variant:
     """Values of a tracker on development data, and the variant with which they are compared."""
@@ -97,7 +123,8 @@ class Variant:
     setting: str
     changed_options: Mapping[str, str] = field(default_factory=dict)
     reference: str = ""  # name of a variant; empty for the first one
-    kind: Kind = "setting"
+    n_scenes: int = N_SCENES  # per sequence
+    on_recordings: bool = True
 
     def spec(self, tracker: PaperTracker) -> str:
         """Return the specification of a tracker with the values of the variant."""
@@ -110,36 +137,45 @@ def read_development(paper: Paper) -> Development:
     return validated(Development, read_toml(path, ExperimentError), str(path), paper.names)
 
 
+def read_sensitivity(paper: Paper) -> Sensitivity:
+    """Read a paper's `sensitivity.toml`; raise `ExperimentError` on errors."""
+    path = paper_file(paper.name, "sensitivity.toml")
+    table = read_toml(path, ExperimentError)
+    candidates = {candidate.name: candidate for candidate in read_development(paper).candidates}
+    if unknown := [name for name in table["rows"] if name not in candidates]:
+        raise ExperimentError(
+            f"{path}: {unknown[0]!r} is no candidate of development.toml. Add it there."
+        )
+    rows = [candidates[name] for name in table["rows"]]
+    return validated(Sensitivity, {**table, "rows": rows}, str(path), paper.names)
+
+
 def variants(paper: Paper, development: Development, tracker: PaperTracker) -> list[Variant]:
     """Return the variants of a tracker.
 
     They are the as-written values, each step of its chain alone, the first steps together, the
     default, and the candidates that change the tracker.
     """
-    compared = [Variant(WRITTEN, WRITTEN)]
-    steps = paper.steps(tracker.registered_name)
-    compared += [
-        Variant(alone(step), WRITTEN, {step.parameter: step.recommended}, WRITTEN, "alone")
-        for step in steps
-    ]
-    previous = WRITTEN
-    for n_steps, step in enumerate(steps, 1):
-        options = {step.parameter: step.recommended for step in steps[:n_steps]}
-        compared.append(Variant(together(step), WRITTEN, options, previous, "together"))
+    n_scenes, steps = development.scenes, paper.steps(tracker.registered_name)
+    compared = [Variant(WRITTEN, WRITTEN, n_scenes=n_scenes)]
+    for step in steps:
+        options = {step.parameter: step.recommended}
+        variant = Variant(alone(step), WRITTEN, options, WRITTEN, n_scenes, on_recordings=False)
+        compared.append(variant)
+    options, previous = {}, WRITTEN
+    for step in steps:
+        options = options | {step.parameter: step.recommended}
+        compared.append(Variant(together(step), WRITTEN, options, previous, n_scenes))
         previous = together(step)
-    compared.append(Variant(RECOMMENDED, RECOMMENDED, reference=WRITTEN))
+    compared.append(Variant(RECOMMENDED, RECOMMENDED, {}, WRITTEN, n_scenes))
     for candidate in development.candidates:
         if options := changed_options(candidate.changed_options, tracker):
-            kind: Kind = "reasoned" if candidate.reason else "choice"
-            compared.append(Variant(candidate.name, RECOMMENDED, options, RECOMMENDED, kind))
+            is_reasoned = bool(candidate.reason)
+            limit = n_scenes if is_reasoned else min(n_scenes, development.choice_scenes)
+            compared.append(
+                Variant(candidate.name, RECOMMENDED, options, RECOMMENDED, limit, is_reasoned)
+            )
     return compared
-
-
-def n_scenes(development: Development, variant: Variant) -> int:
-    """Return the number of scenes per sequence on which a variant runs."""
-    if variant.kind == "choice":
-        return min(development.scenes, development.choice_scenes)
-    return development.scenes
 
 
 def alone(step: ChainStep) -> str:
@@ -165,15 +201,15 @@ def read_effects(paper: str) -> pd.DataFrame:
     return pd.read_csv(file, keep_default_na=False, na_values=[""], encoding="utf-8")
 
 
-def effect(paper: str, data: str, tracker: str, variant: str) -> "pd.Series | None":
+def effect(paper: str, data_set: str, tracker: str, variant: str) -> "pd.Series | None":
     """Return the row of a tracker that covers most units; None if it was not measured.
 
-    `tracker`: a registered name, for the row on all sequences, or a name of `paper.toml`, for the
-    row on its sequence.
+    `data_set`: `scenes` or `recordings`. `tracker`: a registered name, for the row on all
+    sequences, or a name of `paper.toml`, for the row on its sequence.
     """
     effects = read_effects(paper)
     rows = effects[
-        (effects["data"] == data)
+        (effects["data"] == data_set)
         & (effects["tracker"] == tracker)
         & (effects["variant"] == variant)
     ]

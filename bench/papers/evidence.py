@@ -98,8 +98,10 @@ def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.D
 
 def _kept_shares(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
     """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
-    kept = replace(measure, function=measure.kept) if measure.kept else context.paper.kept_measure
-    n_kept = _values(claim_cases, kept, context)
+    kept_measure = context.paper.kept_measure
+    if measure.kept_measure:
+        kept_measure = replace(measure, function=measure.kept_measure)
+    n_kept = _values(claim_cases, kept_measure, context)
     n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
     return n_kept.assign(value=n_kept["value"] / n_kept["sequence"].map(n_members))
 
@@ -111,9 +113,11 @@ def _fewest_particles(table: pd.DataFrame) -> pd.DataFrame:
     """
     if table.empty:
         return table
-    numbers = {spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()}
-    counts = table["tracker"].map(numbers)
-    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(numbers.values()))
+    n_particles = {
+        spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()
+    }
+    counts = table["tracker"].map(n_particles)
+    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(n_particles.values()))
     by_scene = needed.groupby([table["sequence"], table["rank"]], sort=False).min()
     names = table.drop_duplicates(["sequence", "rank"]).set_index(["sequence", "rank"])
     fewest = names.assign(value=by_scene.map(log2)).reset_index()

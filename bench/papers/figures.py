@@ -4,7 +4,6 @@ A function of a paper that draws a figure takes a `Context`. It returns a Matplo
 image, a `Strip`, a mapping from file stems to these, or None.
 """
 
-import re
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -53,32 +52,29 @@ def draw_figures(context: Context) -> list[PaperFigure]:
     for name, definition in context.paper.figure.items():
         if not definition.is_drawn(context.options.quick):
             continue
-        description, plots = definition.description, dict[str, Plot | None]()
-        if definition.kind == "strip":
-            plots = {name: read_strip(definition, context)}
-        elif definition.kind == "plot":
-            description, drawn_plot = _plot(definition, context)
-            plots = {name: drawn_plot}
-        elif definition.function:
+        description, drawn = definition.description, None
+        if definition.function:
             drawn = definition.function(context)
-            plots = dict(drawn) if isinstance(drawn, Mapping) else {name: drawn}
+        elif definition.frames:
+            drawn = read_strip(definition, context)
+        else:
+            description, drawn = _plot(definition, context)
+        plots: Mapping[str, Plot | None] = drawn if isinstance(drawn, Mapping) else {name: drawn}
         for stem, plot in plots.items():
             label, caption = figure_label(stem), definition.caption_of(stem)
             if isinstance(plot, Strip):
-                content = f"{description} Scene {plot.scene}.".strip()
-                figures.append(PaperFigure(stem, label, caption, content, None, plot))
+                text = f"{description} Scene {plot.scene}.".strip()
+                figures.append(PaperFigure(stem, label, caption, text, None, plot))
             elif plot is not None:
                 path = _write(stem, plot, context)
                 figures.append(PaperFigure(stem, label, caption, description, path))
     return figures
 
 
-def figure_label(name: str) -> str:
-    """Return `Fig. 3, recommended` for `figure-3-recommended`; for other names, words."""
-    number, _, rest = name.removeprefix("figure-").partition("-")
-    if not re.fullmatch(r"figure-\d+\w?(-.*)?", name):
-        return name.replace("-", " ").capitalize()
-    return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
+def figure_label(stem: str) -> str:
+    """Return `Fig. 3, recommended` for `figure-3-recommended`."""
+    _, number, *rest = stem.split("-")
+    return ", ".join([f"Fig. {number}", *([" ".join(rest)] if rest else [])])
 
 
 def _write(name: str, plot: Figure | Image, context: Context) -> Path:
@@ -106,8 +102,8 @@ def read_strip(definition: FigureDefinition, context: Context) -> Strip | None:
         rows.append(StripRow(tracker.name, images, boxes, notes))
         truth = [next(iter(runs.values())).truth.boxes[frame] for frame in frames]
     labels = [f"frame {number}" for number in definition.frames]
-    chosen = f"`{scene}`, which has the median error of {first.name}, recommended"
-    return Strip(chosen, labels, truth, rows, definition.shape)
+    selection = f"`{scene}`, which has the median error of {first.name}, recommended"
+    return Strip(selection, labels, truth, rows, definition.shape)
 
 
 def median_scene(case: Case, context: Context) -> str:

@@ -123,7 +123,7 @@ class Measure:
     lower_is_better: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
     lost_before: Function | None = None  # 1 if the target is lost before the event, else 0
-    kept: Function | None = None  # 1 if the target is kept; None: as the paper defines it
+    kept_measure: Function | None = None  # 1 if the target is kept; None: as the paper defines it
     averaged: bool = False  # values of a sequence with several members are averaged, not summed
 
     def __call__(self, measured: MeasuredRun) -> float:

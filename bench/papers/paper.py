@@ -13,7 +13,6 @@ from pydantic import BeforeValidator, Field, InstanceOf
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 from trackmark.bench.papers import check_paper_name, paper_file
 from trackmark.bench.papers.cases import (
-    Case,
     FrameValuesName,
     FunctionName,
     MeasureName,
@@ -23,7 +22,6 @@ from trackmark.bench.papers.cases import (
     PaperTracker,
     SequenceName,
     SequenceNames,
-    TrackerName,
     TrackerNames,
     parse_options,
 )
@@ -79,16 +77,14 @@ class MainTable(TomlTable):
 class FigureDefinition(TomlTable):
     """Figure of the paper, drawn from our runs.
 
-    A `strip` shows `frames` (numbered as in the paper), one row per tracker. Its scene has the
-    median error of the first tracker in the setting `recommended`. A `plot` shows median and
-    quartiles over scenes of a value per frame. A `function` in the paper's modules draws any other
-    figure; `bench.papers.figures` describes its result.
+    A figure with `frames` (numbered as in the paper) is a strip with one row per tracker. Its scene
+    has the median error of the first tracker in the setting `recommended`. A figure with a
+    `function` of the paper's modules is drawn by it; `bench.papers.figures` describes its result.
+    Other figures are plots of a value per frame: median and quartiles over scenes.
     """
 
-    kind: Literal["strip", "plot", "function"]
-    caption: (
-        NonEmptyText | dict[str, NonEmptyText]
-    )  # content of the paper's figure; by file if there are several
+    # content of the paper's figure; by file if there are several
+    caption: NonEmptyText | dict[str, NonEmptyText]
     description: str = ""  # content of our figure, for functions
     sequence: SequenceName | None = None
     trackers: TrackerNames = ()
@@ -112,7 +108,7 @@ class FigureDefinition(TomlTable):
 
     def is_drawn(self, quick: bool) -> bool:
         """Return whether a report contains the figure; quick reports contain no plot."""
-        return not quick or (self.quick and self.kind != "plot")
+        return not quick or (self.quick and bool(self.frames or self.function))
 
 
 class ChainStep(TomlTable):
@@ -126,40 +122,6 @@ class ChainStep(TomlTable):
     recommended: NonEmptyText
     trackers: Texts
     reason: NonEmptyText
-
-
-class SensitivityColumn(TomlTable):
-    """Column of the sensitivity table: a measure of a tracker on a sequence."""
-
-    heading: NonEmptyText
-    sequence: SequenceName
-    tracker: TrackerName
-    measure: MeasureName
-
-
-class SensitivityRow(TomlTable):
-    """Choice that the paper leaves open, and the options that differ from the recommended ones.
-
-    `changed_options`: options by tracker, which is named as in `paper.toml` or by its registered
-    name.
-    """
-
-    choice: NonEmptyText
-    changed_options: OptionTexts
-
-
-class Sensitivity(TomlTable):
-    """Sensitivity table of a paper, which has no verdicts."""
-
-    scenes: Annotated[int, Field(ge=1)] = 8
-    columns: tuple[SensitivityColumn, ...]
-    rows: tuple[SensitivityRow, ...]
-
-    def case(self, row: SensitivityRow, column: SensitivityColumn) -> Case:
-        """Return the runs behind a cell of the table."""
-        changes = changed_options(row.changed_options, column.tracker)
-        spec = column.tracker.spec("recommended", changes)
-        return Case(spec, column.sequence, self.scenes)
 
 
 class SequenceTable(TomlTable):
@@ -277,9 +239,3 @@ def read_claims(name: str, names: Names) -> dict[str, Claim]:
         claim: validated(Claim, {"name": claim, **table}, f"{path}: claim {claim}", names)
         for claim, table in read_toml(path, ExperimentError).items()
     }
-
-
-def read_sensitivity(paper: Paper) -> Sensitivity:
-    """Read a paper's `sensitivity.toml`; raise `ExperimentError` on errors."""
-    path = paper_file(paper.name, "sensitivity.toml")
-    return validated(Sensitivity, read_toml(path, ExperimentError), str(path), paper.names)

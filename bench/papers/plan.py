@@ -6,7 +6,8 @@ from dataclasses import replace
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.papers import SETTINGS, ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
-from trackmark.bench.papers.paper import Paper, read_sensitivity
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import Paper
 
 
 def experiments(paper: Paper, options: ReproductionOptions) -> list[Experiment]:

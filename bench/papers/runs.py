@@ -72,9 +72,9 @@ class PaperRuns:
 
         The boxes of the ground truth are those of the tracker's init region.
         """
-        if (stored := self.stored_run(tracker, sequence)) is None:
+        if (stored_run := self.stored_run(tracker, sequence)) is None:
             return None
-        _, run, truth = stored
+        _, run, truth = stored_run
         init = select_ground_truth(truth, run.identity.init, run.identity.sequence)
         return MeasuredRun(run, replace(truth, boxes=init.boxes), self._rules)
 

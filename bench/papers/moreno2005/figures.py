@@ -181,10 +181,10 @@ def _strip(request: tuple[str, Specs]) -> Strip:
         _contours(tracker, runs, images, frames) for tracker in dict.fromkeys(t for t, _ in specs)
     ]
     rows.append(_maps(runs[FULL, SHOWN], images, frames))
-    chosen = f"`{scene}`, which has the median error of {FULL}, recommended"
+    selection = f"`{scene}`, which has the median error of {FULL}, recommended"
     labels = [f"frame {frame}" for frame in frames]
     truth = [true_contour(sequence, frame) for frame in frames]
-    return Strip(chosen, labels, truth, rows, "contour")
+    return Strip(selection, labels, truth, rows, "contour")
 
 
 def _contours(tracker: str, runs: Runs, images: Sequence[Image], frames: Sequence[int]) -> StripRow:

@@ -27,19 +27,19 @@ def strip(context: Context) -> Strip | None:
     for features in FEATURES:
         runs = runs_by_setting(paper.trackers[features], scene, context)
         truth = next(iter(runs.values())).truth.boxes
-        frames = chosen_frames(next(iter(runs.values())).truth)
+        frames = shown_frames(next(iter(runs.values())).truth)
         boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
         notes = [
             [Note(label, f"overlap {run.overlap[frame]:.2f}") for label, run in runs.items()]
             for frame in frames
         ]
         rows.append(StripRow(features, [images[frame] for frame in frames], boxes, notes))
-    chosen = f"`{scene}`, which has the median error of {FEATURES[0]}, recommended"
+    selection = f"`{scene}`, which has the median error of {FEATURES[0]}, recommended"
     labels = [f"{frame} {label}" for frame, label in frames.items()]
-    return Strip(chosen, labels, [truth[frame] for frame in frames], rows)
+    return Strip(selection, labels, [truth[frame] for frame in frames], rows)
 
 
-def chosen_frames(truth: StoredTruth) -> dict[int, str]:
+def shown_frames(truth: StoredTruth) -> dict[int, str]:
     """Return the frames of Fig. 1 with their labels: a to c an occlusion, d a lamp."""
     frames: dict[int, str] = {}
     last = len(truth.boxes) - 1

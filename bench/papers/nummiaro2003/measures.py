@@ -41,7 +41,7 @@ def tracked_at_end(measured: MeasuredRun) -> float:
     return float(on_target_at_end(measured) > 0.5)
 
 
-@measure("share", kept=tracked_at_end)
+@measure("share", kept_measure=tracked_at_end)
 def on_target_at_end(measured: MeasuredRun) -> float:
     """Return the share of the last 20 frames in view in which the target is tracked."""
     clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))

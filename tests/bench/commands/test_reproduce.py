@@ -5,7 +5,8 @@ import json
 import pytest
 
 from trackmark.bench.papers import ReproductionOptions, paper_names
-from trackmark.bench.papers.paper import read_paper, read_sensitivity
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import read_paper
 from trackmark.bench.papers.plan import experiments
 
 

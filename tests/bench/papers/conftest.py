@@ -77,21 +77,18 @@ measures = "mean_error"
 compares = true
 
 [figure.figure-1]
-kind = "strip"
 caption = "Frames 1, 10 and 20 with both trackers."
 sequence = "target"
 trackers = ["camshift", "static"]
 frames = [1, 10, 20]
 
 [figure.figure-2]
-kind = "plot"
 caption = "Error of both trackers by frame."
 sequence = "target"
 trackers = ["camshift", "static"]
 quantity = "error"
 
 [figure.figure-10]
-kind = "function"
 caption = { figure-10 = "Two frames.", figure-10-later = "The later frame." }
 description = "Frames 1 and 10 of scene 200."
 function = "figures.two_frames"
@@ -138,7 +135,7 @@ scenes = 2
 columns = [
     { heading = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
     { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept_to_end" }]
-rows = [{ choice = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
+rows = ["16 bins"]
 """,
     "development.toml": """
 measure = "on_target"

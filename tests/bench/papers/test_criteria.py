@@ -74,13 +74,6 @@ def test_bounds_of_situation_and_difficulty_have_a_source(paper):
             assert SOURCE.search(criterion.sentence), criterion.sentence
 
 
-@pytest.mark.parametrize("paper", paper_names())
-def test_favoured_claims_have_an_identifier_of_the_paper(paper):
-    named = {claim for row in read_criteria(paper)[1] for claim in row.favours or ()}
-    assert favoured(paper) <= named
-    assert all(re.fullmatch(r"[A-Z]{2}-\d+", claim) for claim in named)
-
-
 def test_printed_outcome_favours_no_claim(write):
     write(OUTCOME)
     assert favoured("ab") == {"AB-1", "AB-2"}

@@ -9,7 +9,8 @@ from tests.bench.papers.claim_entries import claim_text
 from trackmark.bench import papers
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import ReproductionOptions, cases
-from trackmark.bench.papers.paper import read_claims, read_paper, read_sensitivity
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import read_claims, read_paper
 from trackmark.bench.papers.plan import experiments
 
 PAPER = """
@@ -42,7 +43,14 @@ CLAIM = {"sequences": "both", "trackers": ["proposed", "CamShift"], "test": "sha
 
 SENSITIVITY = """
 columns = [{ heading = "kept", sequence = "hand", tracker = "proposed", measure = "kept_to_end" }]
-rows = [{ choice = "N = 7", changed_options = { proposed = "particles=7" } }]
+rows = ["N = 7"]
+"""
+
+DEVELOPMENT = """
+measure = "kept_to_end"
+heading = "kept"
+runs = []
+candidates = [{ name = "N = 7", changed_options = { proposed = "particles=7" } }]
 """
 
 
@@ -60,6 +68,7 @@ def write(tmp_path, monkeypatch):
         (folder / "paper.toml").write_text(text, "utf-8")
         (folder / "claims.toml").write_text(claim_text("AB-1", **CLAIM | claim), "utf-8")
         (folder / "sensitivity.toml").write_text(SENSITIVITY, "utf-8")
+        (folder / "development.toml").write_text(DEVELOPMENT, "utf-8")
         return read_paper("wang2010")
 
     return write

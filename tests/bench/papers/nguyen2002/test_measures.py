@@ -6,7 +6,7 @@ import pytest
 
 from tests.bench.papers.nguyen2002.runs import build_run, build_truth
 from trackmark.bench.papers.measures import MeasuredRun, find_measure
-from trackmark.bench.papers.nguyen2002.figures import chosen_frames
+from trackmark.bench.papers.nguyen2002.figures import shown_frames
 from trackmark.bench.papers.paper import read_paper
 
 RULES = read_paper("nguyen2002").frame_rules
@@ -91,7 +91,7 @@ def test_failed_run_tracks_and_detects_nothing():
 
 
 def test_figure_shows_an_occlusion_and_the_switches():
-    frames = chosen_frames(build_truth((30, 40), off=(60, 80)))
+    frames = shown_frames(build_truth((30, 40), off=(60, 80)))
     assert frames == {
         27: "a) before",
         35: "b) hidden",

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 from tests.bench.papers import measured_runs
-from trackmark import datasets
 from trackmark.bench.papers.nummiaro2003 import scenes
 from trackmark.bench.papers.nummiaro2003.measures import Hiding, hidings
 from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
@@ -118,16 +117,6 @@ def surface():
         patch.setattr(scenes, "RUN", 6)
         (surface_found,) = surfaces("plain/target", TRACKER, 1)
         return surface_found
-
-
-def test_surface_has_its_maximum_at_the_target(surface):
-    box = datasets.load("plain/target").boxes[surface.frame]
-    best = surface.centres[surface.coefficients.argmax()]
-    np.testing.assert_allclose(best, box[:2] + box[2:] / 2, atol=2)
-    assert 0.8 < surface.coefficients.max() <= 1
-    assert len(np.unique(surface.centres, axis=0)) == len(surface.coefficients)
-    nearest = np.hypot(*(surface.centres - surface.mean[:2]).T).min()
-    assert surface.distance >= nearest
 
 
 def test_mean_state_is_near_the_maximum_of_an_easy_target(monkeypatch):
