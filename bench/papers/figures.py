@@ -4,7 +4,7 @@ A function of a paper that draws a figure takes a `Context`. It returns a Matplo
 image, a `Strip`, a mapping from file stems to these, or None.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -24,10 +24,13 @@ from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.settings import differences, parameters
 from trackmark.bench.papers.strips import BOTH, PAPER, Image, Note, Outline, Strip, StripRow
 from trackmark.reports.figures import save_figure
-from trackmark.reports.overlay import save_png
+from trackmark.reports.overlay import Shape, save_png
 from trackmark.reports.tables import MISSING
 
 Plot = Figure | Image | Strip
+
+Runs = Mapping[str, MeasuredRun]
+"""Runs of a tracker on a scene by the label of the setting."""
 
 
 @dataclass(frozen=True)
@@ -56,7 +59,7 @@ def draw_figures(context: Context) -> list[PaperFigure]:
         if definition.function:
             drawn = definition.function(context)
         elif definition.frames:
-            drawn = read_strip(definition, context)
+            drawn = _strip(definition, context)
         else:
             description, drawn = _plot(definition, context)
         plots: Mapping[str, Plot | None] = drawn if isinstance(drawn, Mapping) else {name: drawn}
@@ -85,25 +88,53 @@ def _write(name: str, plot: Figure | Image, context: Context) -> Path:
     return write_file(path, lambda file: save_png(file, plot))
 
 
-def read_strip(definition: FigureDefinition, context: Context) -> Strip | None:
+def _strip(definition: FigureDefinition, context: Context) -> Strip | None:
     """Return the strip of the scene with the median error; None without runs."""
-    (first, *_), frames_from = definition.trackers, context.paper.frames_from
+    first = definition.trackers[0]
     scene = median_scene(_case(definition, first, "recommended", context), context)
     if not scene:
         return None
-    frames = [number - frames_from for number in definition.frames]
-    rows, truth, sequence = list[StripRow](), list[Outline](), datasets.load(scene)
-    images = [sequence[frame] for frame in frames]
-    for tracker in definition.trackers:
+    frames = [number - context.paper.frames_from for number in definition.frames]
+    columns = {
+        frame: f"frame {number}" for frame, number in zip(frames, definition.frames, strict=True)
+    }
+
+    def write_notes(tracker: PaperTracker, runs: Runs, frame: int) -> list[Note]:
+        states = definition.paper.get(tracker.name)
+        return _notes(runs, frame, states[frames.index(frame)] if states else "")
+
+    trackers, shape = definition.trackers, definition.shape
+    return draw_strip(scene, trackers, columns, write_notes, context, shape)
+
+
+def draw_strip(
+    scene: str,
+    trackers: Sequence[PaperTracker],
+    columns: Mapping[int, str],
+    write_notes: Callable[[PaperTracker, Runs, int], list[Note]],
+    context: Context,
+    shape: Shape = "box",
+) -> Strip:
+    """Return the strip of the scene with the median error of the first tracker, a row per tracker.
+
+    `columns`: label of each frame. `write_notes`: returns the notes on the runs of a tracker, by
+    setting label, in a frame.
+    """
+    sequence, rows, truth = datasets.load(scene), list[StripRow](), list[Outline]()
+    images = [sequence[frame] for frame in columns]
+    for tracker in trackers:
         runs = runs_by_setting(tracker, scene, context)
-        states = definition.paper.get(tracker.name, ("",) * len(frames))
-        notes = [_notes(runs, *place) for place in zip(frames, states, strict=True)]
-        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
+        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in columns]
+        notes = [write_notes(tracker, runs, frame) for frame in columns]
         rows.append(StripRow(tracker.name, images, boxes, notes))
-        truth = [next(iter(runs.values())).truth.boxes[frame] for frame in frames]
-    labels = [f"frame {number}" for number in definition.frames]
-    selection = f"`{scene}`, which has the median error of {first.name}, recommended"
-    return Strip(selection, labels, truth, rows, definition.shape)
+        truth = [next(iter(runs.values())).truth.boxes[frame] for frame in columns]
+    selection = selection_sentence(scene, trackers[0].name)
+    return Strip(selection, list(columns.values()), truth, rows, shape)
+
+
+def selection_sentence(scene: str, tracker: str) -> str:
+    """Return the specification of a scene with the reason why it is shown."""
+    return f"`{scene}`, which has the median error of {tracker}, recommended"
 
 
 def median_scene(case: Case, context: Context) -> str:
@@ -113,7 +144,7 @@ def median_scene(case: Case, context: Context) -> str:
     return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else ""
 
 
-def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> dict[str, MeasuredRun]:
+def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> Runs:
     """Return the run of each setting by its label; one run if the settings are equal."""
     specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
     written, recommended = (parameters(spec) for spec in specs.values())
@@ -123,7 +154,7 @@ def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> dict
     return {label: measured for label, measured in runs.items() if measured}
 
 
-def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note]:
+def _notes(runs: Runs, frame: int, paper: str) -> list[Note]:
     """Return the state of the target in a frame, in the paper and in our runs.
 
     `paper`: `tracked` or `lost` in the paper, or empty.

@@ -19,7 +19,7 @@ from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.cases import Case
-from trackmark.bench.papers.figures import median_scene
+from trackmark.bench.papers.figures import median_scene, selection_sentence
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -181,10 +181,9 @@ def _strip(request: tuple[str, Specs]) -> Strip:
         _contours(tracker, runs, images, frames) for tracker in dict.fromkeys(t for t, _ in specs)
     ]
     rows.append(_maps(runs[FULL, SHOWN], images, frames))
-    selection = f"`{scene}`, which has the median error of {FULL}, recommended"
     labels = [f"frame {frame}" for frame in frames]
     truth = [true_contour(sequence, frame) for frame in frames]
-    return Strip(selection, labels, truth, rows, "contour")
+    return Strip(selection_sentence(scene, FULL), labels, truth, rows, "contour")
 
 
 def _contours(tracker: str, runs: Runs, images: Sequence[Image], frames: Sequence[int]) -> StripRow:

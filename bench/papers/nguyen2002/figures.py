@@ -2,13 +2,12 @@
 
 import numpy as np
 
-from trackmark import datasets
-from trackmark.bench.papers.cases import Case
-from trackmark.bench.papers.figures import median_scene, runs_by_setting
+from trackmark.bench.papers.cases import Case, PaperTracker
+from trackmark.bench.papers.figures import Runs, draw_strip, median_scene, runs_by_setting
 from trackmark.bench.papers.nguyen2002.events import hidden_in
 from trackmark.bench.papers.nguyen2002.measures import SWITCH
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.strips import Note, Strip, StripRow
+from trackmark.bench.papers.strips import Note, Strip
 from trackmark.bench.store.truth import StoredTruth
 
 BEFORE, AFTER = 3, 10  # frames before and after an occlusion; frames after the switch of a lamp
@@ -22,21 +21,15 @@ def strip(context: Context) -> Strip | None:
     scene = median_scene(Case(spec, sequence, context.n_scenes), context)
     if not scene:
         return None
-    images, rows = datasets.load(scene), list[StripRow]()
-    frames, truth = dict[int, str](), np.empty((0, 4))
-    for features in FEATURES:
-        runs = runs_by_setting(paper.trackers[features], scene, context)
-        truth = next(iter(runs.values())).truth.boxes
-        frames = shown_frames(next(iter(runs.values())).truth)
-        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
-        notes = [
-            [Note(label, f"overlap {run.overlap[frame]:.2f}") for label, run in runs.items()]
-            for frame in frames
-        ]
-        rows.append(StripRow(features, [images[frame] for frame in frames], boxes, notes))
-    selection = f"`{scene}`, which has the median error of {FEATURES[0]}, recommended"
-    labels = [f"{frame} {label}" for frame, label in frames.items()]
-    return Strip(selection, labels, [truth[frame] for frame in frames], rows)
+    trackers = [paper.trackers[features] for features in FEATURES]
+    runs = runs_by_setting(trackers[0], scene, context)
+    frames = shown_frames(next(iter(runs.values())).truth)
+    columns = {frame: f"{frame} {label}" for frame, label in frames.items()}
+    return draw_strip(scene, trackers, columns, _overlaps, context)
+
+
+def _overlaps(_tracker: PaperTracker, runs: Runs, frame: int) -> list[Note]:
+    return [Note(label, f"overlap {run.overlap[frame]:.2f}") for label, run in runs.items()]
 
 
 def shown_frames(truth: StoredTruth) -> dict[int, str]:

@@ -7,7 +7,6 @@ from trackmark import datasets
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
-    SurfaceGrid,
     Track,
     appearance_plot,
     surface_plot,
@@ -25,16 +24,11 @@ def surface(context: Context) -> dict[str, Figure]:
     figures = {}
     for setting in SETTINGS:
         last = surfaces(scene, context.paper.spec("no model update", setting), 1)[-1]
-        left, top = last.centres.min(axis=0)
-        columns = len(np.unique(last.centres[:, 0]))
-        values = SurfaceGrid(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
         title = (
             f"Fig. 2, {setting}, {scene}, frame {last.frame}: samples (black), their mean (white), "
             "and the Bhattacharyya coefficient around the target"
         )
-        figures[f"figure-2-{setting}"] = surface_plot(
-            last.image, last.samples, last.mean, values, title
-        )
+        figures[f"figure-2-{setting}"] = surface_plot(last, title)
     return figures
 
 

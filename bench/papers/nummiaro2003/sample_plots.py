@@ -13,6 +13,7 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
+from trackmark.bench.papers.nummiaro2003.scenes import CoefficientSurface
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
@@ -32,25 +33,6 @@ _SHOWN = 2.0  # margin of the image next to a surface [longer half axes of the m
 
 
 @dataclass(frozen=True)
-class SurfaceGrid:
-    """Function of the position on a grid with a spacing of one pixel."""
-
-    left: float  # position of the first value [px]
-    top: float
-    values: Array  # (rows, columns)
-    quantity: str  # name of the values
-
-    def values_at(self, positions: Array) -> Array:
-        """Return the values nearest to positions of shape (n, 2); NaN outside the grid."""
-        columns, rows = np.round(positions - [self.left, self.top]).astype(int).T
-        height, width = self.values.shape
-        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        nearest = np.full(len(positions), np.nan)
-        nearest[inside] = self.values[rows[inside], columns[inside]]
-        return nearest
-
-
-@dataclass(frozen=True)
 class Track:
     """Trajectory in an image of a fixed camera."""
 
@@ -60,17 +42,12 @@ class Track:
     truth: Array  # (n, 4): ground-truth boxes
 
 
-def surface_plot(
-    image: NDArray[np.uint8], samples: Array, mean: Array, surface: SurfaceGrid, title: str
-) -> Figure:
-    """Draw samples and their mean on the image, and on the surface of their weights.
-
-    The image is BGR. `samples`, shape (n, 4), and `mean`, shape (4,), are ellipses; samples are
-    drawn black, the mean white.
-    """
+def surface_plot(surface: CoefficientSurface, title: str) -> Figure:
+    """Draw samples (black) and their mean (white) on the image, and on the surface of ρ."""
+    samples, mean = surface.samples, surface.mean
     figure = bare_figure(title, 4.2)
     left: Axes = figure.add_subplot(1, 2, 1)
-    draw_image(left, image)
+    draw_image(left, surface.image)
     _draw_ellipses(left, samples, _SAMPLE, 0.5)
     _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
     centre, half = mean[:2], _SHOWN * mean[2:].max()
@@ -78,18 +55,17 @@ def surface_plot(
 
     # Samples are drawn on top of the surface.
     right: Any = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
-    rows, columns = surface.values.shape
-    grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
-    right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
-    positions, middle = samples[:, :2], mean[np.newaxis, :2]
-    dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
-    right.scatter(*positions.T, surface.values_at(positions), depthshade=False, **dots)
-    dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
-    right.scatter(*middle.T, surface.values_at(middle), depthshade=False, **dots)
+    look: dict[str, Any] = {"cmap": "viridis", "rcount": 60, "ccount": 60, "zorder": 1}
+    right.plot_surface(*np.meshgrid(surface.x, surface.y), surface.coefficients, **look)
+    for centres, dots in (
+        (samples[:, :2], {"color": _SAMPLE, "s": 4, "zorder": 2}),
+        (mean[np.newaxis, :2], {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}),
+    ):
+        right.scatter(*centres.T, surface.values_at(centres), depthshade=False, **dots)
     right.invert_yaxis()  # rows count downwards, as in the image
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
-    right.set_title(surface.quantity, fontsize=9)
+    right.set_title("coefficient ρ", fontsize=9)
     right.set_box_aspect(None, zoom=0.9)  # room for the labels outside of the axes
     right.tick_params(labelsize=7)
     return figure

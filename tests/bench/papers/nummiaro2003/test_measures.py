@@ -8,7 +8,7 @@ import pytest
 from tests.bench.papers import measured_runs
 from trackmark.bench.papers.nummiaro2003 import scenes
 from trackmark.bench.papers.nummiaro2003.measures import Hiding, hidings
-from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum, surfaces
+from trackmark.bench.papers.nummiaro2003.scenes import mean_state_at_maximum
 
 value = measured_runs.values_of("nummiaro2003")
 
@@ -109,14 +109,6 @@ def test_size_error_is_relative_to_the_truth():
     wide = shifted([])
     wide[:, 2] *= 1.25
     assert value("size_error", measured(wide)) == pytest.approx(0.25)
-
-
-@pytest.fixture(scope="module")
-def surface():
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(scenes, "RUN", 6)
-        (surface_found,) = surfaces("plain/target", TRACKER, 1)
-        return surface_found
 
 
 def test_mean_state_is_near_the_maximum_of_an_easy_target(monkeypatch):
