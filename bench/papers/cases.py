@@ -5,7 +5,7 @@ module replace each name by its object while a file is read, so that a wrong nam
 its field.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, TypeVar
@@ -109,20 +109,6 @@ def _find(noun: str, name: str, valid: Mapping[str, Found]) -> Found:
     if name not in valid:
         raise ValueError(f"unknown {noun} {name!r}; known: {', '.join(valid)}")
     return valid[name]
-
-
-def cases(
-    trackers: Iterable[PaperTracker],
-    sequences: Iterable[PaperSequence],
-    setting: str,
-    n_scenes: int,
-) -> list[Case]:
-    """Return the cases of all trackers on all sequences in a setting."""
-    return [
-        Case(tracker.spec(setting), sequence, n_scenes)
-        for tracker in trackers
-        for sequence in sequences
-    ]
 
 
 def parse_options(options: str) -> dict[str, str]:

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers import SETTING_LABELS
-from trackmark.bench.papers.cases import Case, PaperTracker
+from trackmark.bench.papers.cases import PaperSequence, PaperTracker
 from trackmark.bench.papers.measures import MeasuredRun, find_measure
 from trackmark.bench.papers.paper import FigureDefinition
 from trackmark.bench.papers.plots import series_plot
@@ -90,8 +90,8 @@ def _write(name: str, plot: Figure | Image, context: Context) -> Path:
 
 def _strip(definition: FigureDefinition, context: Context) -> Strip | None:
     """Return the strip of the scene with the median error; None without runs."""
-    first = definition.trackers[0]
-    scene = median_scene(_case(definition, first, "recommended", context), context)
+    assert definition.sequence is not None
+    scene = median_scene(definition.trackers[0], definition.sequence, context)
     if not scene:
         return None
     frames = [number - context.paper.frames_from for number in definition.frames]
@@ -137,8 +137,9 @@ def selection_sentence(scene: str, tracker: str) -> str:
     return f"`{scene}`, which has the median error of {tracker}, recommended"
 
 
-def median_scene(case: Case, context: Context) -> str:
-    """Return the specification of the scene with the median error; empty without runs."""
+def median_scene(tracker: PaperTracker, sequence: PaperSequence, context: Context) -> str:
+    """Return the scene with the median error of the recommended tracker; empty without runs."""
+    case = context.case(tracker, sequence, "recommended")
     values = context.runs.values(case, find_measure("mean_error", context.paper.name))
     ordered = values.sort_values("value", kind="stable")["scene"]
     return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else ""
@@ -170,19 +171,13 @@ def _notes(runs: Runs, frame: int, paper: str) -> list[Note]:
     return notes
 
 
-def _case(
-    definition: FigureDefinition, tracker: PaperTracker, setting: str, context: Context
-) -> Case:
-    assert definition.sequence is not None
-    return Case(tracker.spec(setting), definition.sequence, context.n_scenes)
-
-
 def _plot(definition: FigureDefinition, context: Context) -> tuple[str, Figure | None]:
     """Draw a value by frame: one line per tracker, one panel per setting."""
+    assert definition.sequence is not None
     panels: dict[str, dict[str, NDArray[np.float64]]] = {}
     for setting, label in SETTING_LABELS.items():
         for tracker in definition.trackers:
-            case = _case(definition, tracker, setting, context)
+            case = context.case(tracker, definition.sequence, setting)
             runs = (context.runs.measured_run(case.tracker, s) for s in case.scenes_of_members)
             curves = [definition.quantity(measured) for measured in runs if measured]
             if curves:  # shorter scenes are padded with NaN
@@ -190,7 +185,7 @@ def _plot(definition: FigureDefinition, context: Context) -> tuple[str, Figure |
     if not panels:
         return "", None
     quantity, trackers = definition.axis_label, [tracker.name for tracker in definition.trackers]
-    sequence = definition.sequence.name if definition.sequence else ""
+    sequence = definition.sequence.name
     title = f"{sequence}: {quantity}"
     figure = series_plot(panels, title, quantity, trackers, context.paper.frames_from)
     description = (

@@ -21,7 +21,6 @@ from trackmark.bench.papers.cases import (
     PaperSequence,
     PaperTracker,
     SequenceName,
-    SequenceNames,
     TrackerNames,
     parse_options,
 )
@@ -58,7 +57,7 @@ class MainRow(TomlTable):
     labels: Texts
     paper: NonEmptyText
     claims: Texts = ()
-    sequences: SequenceNames = ()
+    sequence: SequenceName | None = None
     trackers: TrackerNames = ()
     measures: MeasureNames = ()
     total: Annotated[int, Field(ge=0)] = 0

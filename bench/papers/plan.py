@@ -7,7 +7,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.papers import SETTINGS, ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
 from trackmark.bench.papers.development import read_sensitivity
-from trackmark.bench.papers.paper import Paper
+from trackmark.bench.papers.paper import FigureDefinition, MainRow, Paper
 
 
 def experiments(paper: Paper, options: ReproductionOptions) -> list[Experiment]:
@@ -32,24 +32,23 @@ def _required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
     n_scenes: dict[PaperSequence, int] = {}
     specs: dict[tuple[PaperSequence, str], None] = {}
 
-    def add(sequences: Iterable[PaperSequence], trackers: Iterable[PaperTracker], n: int) -> None:
-        for sequence in sequences:
-            n_scenes[sequence] = max(n_scenes.get(sequence, 0), n)
-            for tracker in trackers:
-                for setting in SETTINGS:
-                    specs[sequence, tracker.spec(setting)] = None
+    def add(sequence: PaperSequence, trackers: Iterable[PaperTracker], n: int) -> None:
+        n_scenes[sequence] = max(n_scenes.get(sequence, 0), n)
+        for tracker in trackers:
+            for setting in SETTINGS:
+                specs[sequence, tracker.spec(setting)] = None
 
     n_shown = paper.n_scenes(quick=options.quick)
-    for row in paper.main_table.rows:
-        add(row.sequences, row.trackers, n_shown)
-    for figure in paper.figure.values():
-        if figure.sequence and figure.is_drawn(options.quick):
-            add([figure.sequence], figure.trackers, n_shown)
+    figures = [figure for figure in paper.figure.values() if figure.is_drawn(options.quick)]
+    all_shown: list[MainRow | FigureDefinition] = [*paper.main_table.rows, *figures]
+    for shown in all_shown:
+        if shown.sequence:
+            add(shown.sequence, shown.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
         if claim.measure.subject == "run":
             for side in (claim.trackers, claim.better, claim.worse):
                 for tracker, sequence in claim.pairs(side):
-                    add([sequence], [tracker], claim.n_scenes)
+                    add(sequence, [tracker], claim.n_scenes)
     return [Case(spec, sequence, n_scenes[sequence]) for sequence, spec in specs]
 
 

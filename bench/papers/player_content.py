@@ -10,7 +10,7 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Progress
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs, player_sequences
-from trackmark.bench.papers.cases import Case, cases
+from trackmark.bench.papers.cases import Case
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow
@@ -104,9 +104,11 @@ def _frames(
 
 def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
     """Return the worst run behind each value of a row of the main table in a setting."""
+    if row.sequence is None:
+        return []
     specs = tuple(tracker.spec(setting) for tracker in row.trackers)
     return [
-        _worst(cases([tracker], row.sequences, setting, context.n_scenes), measure, specs, context)
+        _worst([context.case(tracker, row.sequence, setting)], measure, specs, context)
         for tracker in row.trackers
         for measure in row.measures
     ]

@@ -17,7 +17,7 @@ from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import ReproductionOptions
-from trackmark.bench.papers.cases import Case
+from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
 from trackmark.bench.papers.measures import FrameRules, Measure, MeasuredRun
 from trackmark.bench.papers.paper import Paper
 from trackmark.bench.store.keys import ResultsError, RunKey, run_key
@@ -110,7 +110,11 @@ class Context:
         """Number of scenes per sequence in tables and figures."""
         return self.paper.n_scenes(quick=self.options.quick)
 
-    @cached_property
+    def case(self, tracker: PaperTracker, sequence: PaperSequence, setting: str) -> Case:
+        """Return the runs of a tracker in a setting that tables and figures show."""
+        return Case(tracker.spec(setting), sequence, self.n_scenes)
+
+    @property
     def jobs(self) -> int:
         """Number of worker processes."""
         return self.options.jobs or os.cpu_count() or 1

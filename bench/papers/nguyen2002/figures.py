@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from trackmark.bench.papers.cases import Case, PaperTracker
+from trackmark.bench.papers.cases import PaperTracker
 from trackmark.bench.papers.figures import Runs, draw_strip, median_scene, runs_by_setting
 from trackmark.bench.papers.nguyen2002.events import hidden_in
 from trackmark.bench.papers.nguyen2002.measures import SWITCH
@@ -16,12 +16,10 @@ FEATURES = ("c1c2c3", "intensity", "RGB")
 
 def strip(context: Context) -> Strip | None:
     """Draw frames of a scene, one row per kind of features, with the revised boxes."""
-    paper = context.paper
-    spec, sequence = paper.spec(FEATURES[0], "recommended"), paper.sequences["lights"]
-    scene = median_scene(Case(spec, sequence, context.n_scenes), context)
+    trackers = [context.paper.trackers[features] for features in FEATURES]
+    scene = median_scene(trackers[0], context.paper.sequences["lights"], context)
     if not scene:
         return None
-    trackers = [paper.trackers[features] for features in FEATURES]
     runs = runs_by_setting(trackers[0], scene, context)
     frames = shown_frames(next(iter(runs.values())).truth)
     columns = {frame: f"{frame} {label}" for frame, label in frames.items()}

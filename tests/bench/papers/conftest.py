@@ -55,7 +55,7 @@ headings = ["statement", "tracker"]
 [[main_table.rows]]
 labels = ["target kept", "static"]
 paper = "1 of 1"
-sequences = "target"
+sequence = "target"
 trackers = "static"
 claims = "TI-2"
 measures = "kept_to_end"
@@ -63,7 +63,7 @@ measures = "kept_to_end"
 [[main_table.rows]]
 labels = ["frames tracked", "camshift / static"]
 paper = "20 / 3 of 20"
-sequences = "target"
+sequence = "target"
 trackers = ["camshift", "static"]
 measures = "frames_on_target"
 total = 20
@@ -71,7 +71,7 @@ total = 20
 [[main_table.rows]]
 labels = ["smaller error", "camshift against static"]
 paper = "–"
-sequences = "target"
+sequence = "target"
 trackers = ["camshift", "static"]
 measures = "mean_error"
 compares = true

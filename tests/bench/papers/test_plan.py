@@ -33,7 +33,7 @@ headings = ["sequence"]
 [[main_table.rows]]
 labels = "cup"
 paper = "1"
-sequences = "cup"
+sequence = "cup"
 trackers = "{tracker}"
 measures = "kept_to_end"
 """
