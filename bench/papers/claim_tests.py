@@ -110,26 +110,23 @@ def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
     return differences.dropna()
 
 
-def chosen_trackers(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> dict[str, str]:
-    """Return the tracker of a side by sequence.
+def compared_trackers(evidence: Evidence) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the trackers of both sides that are compared, by sequence.
 
-    It is the tracker whose mean on the sequence, times `sign`, is smallest (`min`) or largest
-    (`max`).
+    They are the least favourable ones for the claim: the worst of the first side, and the best of
+    the second, by their means on the sequence.
     """
-    by_sequence: dict[str, str] = {}
+    sign = -1.0 if evidence.lower_is_better else 1.0
+    return _with_smallest_mean(evidence.first, sign), _with_smallest_mean(evidence.second, -sign)
+
+
+def _with_smallest_mean(table: pd.DataFrame, sign: float) -> dict[str, str]:
+    """Return the tracker whose mean on a sequence, times `sign`, is smallest, by sequence."""
+    trackers: dict[str, str] = {}
     for sequence, rows in table.groupby("sequence", sort=False):
         means = sign * rows.groupby("tracker", sort=False)["value"].mean()
-        by_sequence[str(sequence)] = str(means.idxmax() if hardest == "max" else means.idxmin())
-    return by_sequence
-
-
-def compared_trackers(evidence: Evidence) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the trackers of both sides that are compared, by sequence."""
-    sign = -1.0 if evidence.lower_is_better else 1.0
-    return (
-        chosen_trackers(evidence.first, "min", sign),
-        chosen_trackers(evidence.second, "max", sign),
-    )
+        trackers[str(sequence)] = str(means.idxmin())
+    return trackers
 
 
 def _judge_by_rule(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged

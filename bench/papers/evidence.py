@@ -55,40 +55,33 @@ def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
 
 def _of_runs(claim: Claim, setting: str, context: Context) -> Evidence:
     """Return values of a measure of runs, and which of the runs keep the target."""
-    measure, (first, second) = claim.measure, claim.sides(setting)
+    measure, sides = claim.measure, claim.sides(setting)
     n_members = max(len(sequence.members) for sequence in claim.sequences)
-    is_bounded = measure.unit in BOUNDED
+    values = [_values(side, measure, context) for side in sides]
+    unit, lower_is_better, largest = measure.unit, measure.lower_is_better, inf
+    if unit in BOUNDED:
+        largest = 1.0 if measure.averaged else float(n_members)
+    counts_particles = claim.side_rule == "fewest particles"
+    if counts_particles:
+        values = [_fewest_particles(table) for table in values]
+        unit, lower_is_better, largest = DOUBLINGS, True, inf
     gathered = Evidence(
-        _values(first, measure, context),
-        _values(second, measure, context),
-        lower_is_better=measure.lower_is_better,
-        largest=(1.0 if measure.averaged else float(n_members)) if is_bounded else inf,
-        unit=measure.unit,
+        values[0],
+        values[1],
+        lower_is_better=lower_is_better,
+        largest=largest,
+        unit=unit,
         unit_noun="set" if n_members > 1 else "scene",
-        lost_before=_lost_before(claim, first, context),
-        failed=_failed(first + second, context),
+        lost_before=_lost_before(claim, sides[0], context),
+        failed=_failed(sides[0] + sides[1], context),
     )
-    if claim.side_rule == "fewest particles":
-        tables = (_fewest_particles(table) for table in (gathered.first, gathered.second))
-        first_table, second_table = tables
-        return replace(
-            gathered,
-            first=first_table,
-            second=second_table,
-            lower_is_better=True,
-            largest=inf,
-            unit=DOUBLINGS,
-        )
-    if not second:
+    if counts_particles or not claim.worse:
         return gathered
     gathered = replace(gathered, equal_runs=_equal_share(claim, gathered, context))
-    if measure.unit not in FLOOR_UNITS:
+    if unit not in FLOOR_UNITS:
         return gathered
-    return replace(
-        gathered,
-        kept_first=_kept_shares(first, measure, context),
-        kept_second=_kept_shares(second, measure, context),
-    )
+    first, second = (_kept_shares(side, measure, context) for side in sides)
+    return replace(gathered, kept_first=first, kept_second=second)
 
 
 def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:

@@ -79,17 +79,6 @@ def test_order_is_judged_from_paired_differences():
     assert verdict.verdict == "holds"
 
 
-def test_smaller_errors_are_better():
-    evidence = Evidence(
-        table({"A": 2 + NOISE}), table({"B": 5 + NOISE[::-1]}), lower_is_better=True, unit="px"
-    )
-    verdict = judge(ORDER, evidence)
-    assert verdict.verdict == "holds"
-    assert verdict.statistic == pytest.approx(3, abs=0.01)
-    assert verdict.effect.startswith("3.0")
-    assert "px" in verdict.effect
-
-
 def test_hardest_tracker_is_chosen_for_each_sequence():
     both = claim(better="A", worse=["B", "C"], sequences=["x", "y"], test="order", margin=0.02)
     first = pd.concat([table({"A": [0.5] * 3}, "x"), table({"A": [0.5] * 3}, "y")])
@@ -190,18 +179,6 @@ def test_accuracy_has_a_floor_and_no_ceiling():
     ):
         evidence = replace(BETTER, unit=unit, **kept_tables(number, number))
         assert judge(ORDER, evidence).verdict == label, (unit, number)
-
-
-def test_ceiling_of_a_side_is_that_of_its_chosen_tracker():
-    both = claim(better="A", worse=["B", "C"], test="order", margin=0.02)
-    second = table({"B": 0.5 + NOISE, "C": 0.1 + NOISE})
-    kept_all = kept_tables(24, 24)
-    lost = table({"C": [0.0] * 24})
-    kept_all["kept_second"] = pd.concat([kept_all["kept_second"], lost])
-    evidence = replace(BETTER, second=second, **kept_all)
-    assert judge(both, evidence).verdict == "not testable here"
-    swapped = replace(evidence, second=second.replace({"tracker": {"B": "C", "C": "B"}}))
-    assert judge(both, swapped).verdict == "holds"
 
 
 def test_members_of_sets_decide_floor_and_ceiling():

@@ -65,17 +65,6 @@ def test_ratio_of_turns_ignores_other_load(monkeypatch):
         np.testing.assert_allclose(times[name]["reference"], times[name]["fast"] / 2)
 
 
-def test_stretches_begin_with_true_boxes_over_the_scene():
-    sequence = timing.datasets.load(NAME)
-    excerpts = open_excerpts("target", NAME, 3, stretches=3)
-    for (name, images, box), first in zip(excerpts, (0, 8, 16), strict=True):
-        assert (name, len(images)) == ("target", 4)
-        np.testing.assert_array_equal(images[0], sequence[first])
-        np.testing.assert_array_equal(box, sequence.boxes[first])
-    ((_, images, _),) = open_excerpts("target", NAME, 1000)
-    assert len(images) == 20
-
-
 @pytest.fixture
 def ask(monkeypatch, tmp_path, without_processes):
     """Ask for the times of a tracker on a sequence; count measurements."""
