@@ -14,7 +14,6 @@ from trackmark.bench.commands._options import (
     OUTPUT_FILE,
     Command,
     ExecutionOptions,
-    IntegerRange,
     execution_options,
     input_option,
     output_option,
@@ -26,7 +25,8 @@ from trackmark.bench.commands._progress import RunProgress, print_hint, print_me
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.papers import ReproductionOptions
-    from trackmark.bench.papers.reproduction import Report, Reproduction
+    from trackmark.bench.papers.paper import Paper
+    from trackmark.bench.papers.reproduction import Report
     from trackmark.bench.store.keys import RunKey
 
 
@@ -41,7 +41,6 @@ if TYPE_CHECKING:
     "--quick", is_flag=True, help="Main table and figure strips in a minute, without verdicts."
 )
 @input_option("--all", "with_sensitivity", is_flag=True, help="Add the sensitivity table.")
-@input_option("--repetitions", type=IntegerRange(1), help="Maximum number of repetitions.")
 @output_option(
     "--page",
     type=OUTPUT_FILE,
@@ -60,7 +59,6 @@ def command(
     all_papers: bool,
     quick: bool,
     with_sensitivity: bool,
-    repetitions: int | None,
     page: Path | None,
     strict: bool,
     options: ExecutionOptions,
@@ -83,7 +81,7 @@ def command(
     """
     from trackmark.bench.papers import ReproductionOptions, paper_names
     from trackmark.bench.papers.markdown_page import write_markdown_pages
-    from trackmark.bench.papers.reproduction import Reproduction
+    from trackmark.bench.papers.paper import read_paper
     from trackmark.bench.papers.terminal_report import report_lines
 
     if (paper is None) != all_papers:
@@ -100,12 +98,11 @@ def command(
     reproduced = ReproductionOptions(
         quick=quick,
         with_sensitivity=with_sensitivity,
-        repetitions=repetitions,
         jobs=options.jobs,
     )
     fails = False
     for name in paper_names() if paper is None else [paper]:
-        report, json_object = _reproduce(Reproduction(name), reproduced, options)
+        report, json_object = _reproduce(read_paper(name), reproduced, options)
         if as_json:
             click.echo(json.dumps(json_object, allow_nan=False))
         else:
@@ -127,18 +124,19 @@ def command(
 
 
 def _reproduce(
-    reproduction: "Reproduction", reproduced: "ReproductionOptions", options: ExecutionOptions
+    paper: "Paper", reproduced: "ReproductionOptions", options: ExecutionOptions
 ) -> "tuple[Report, dict[str, Any]]":
     """Run the reproduction of a paper; write and return its report, also as data for JSON."""
-    from trackmark.bench.papers.reproduction import report_data
+    from trackmark.bench.papers.plan import experiments
+    from trackmark.bench.papers.reproduction import make_report, report_data
 
-    started_at, name = time.monotonic(), reproduction.paper.name
+    started_at, name = time.monotonic(), paper.name
     folder = options.results_root / name
     requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        for experiment in reproduction.experiments(reproduced)
+        for experiment in experiments(paper, reproduced)
     ]
     runs = sum(execution.tasks.n_runs for execution in executions)
     quick = ", quick look without verdicts" if reproduced.quick else ""
@@ -148,7 +146,7 @@ def _reproduce(
             execute_runs(execution, progress=progress)
             requested[execution.experiment.name] = execution.plan.requested
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
-        report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
+        report = make_report(paper, options.results_root, folder, reproduced, requested, progress)
     json_object = report_data(report, time.monotonic() - started_at)
     _write(report, json_object, folder)
     return report, json_object

@@ -43,9 +43,3 @@ def test_options_are_used(name):
         if not is_set(parameter, text)
     ]
     assert not unused
-
-
-def test_parameters_are_found_in_specifications_and_dicts():
-    assert is_set("size", "plane_spread=0:size=2")
-    assert is_set("size", '{"size": 2}')
-    assert not is_set("size", 'half_size=2 {"half_size": 2} size of a box')

@@ -137,14 +137,6 @@ def test_every_parameter_has_an_origin(name):
 
 
 @pytest.mark.parametrize("name", NAMES)
-def test_every_choice_has_a_value_and_a_reason(name):
-    for choice, (value, reason) in trackers.resolve(name).plugin.choices.items():
-        assert choice
-        assert value is not None
-        assert len(reason) >= 10
-
-
-@pytest.mark.parametrize("name", NAMES)
 def test_default_is_the_preset_recommended(name):
     recommended = trackers.resolve(name, preset="recommended").parameters
     assert trackers.create(name).parameters == recommended
