@@ -211,25 +211,19 @@ def test_map_keeps_the_order_and_raises_errors(monkeypatch):
 
 
 def test_update_that_takes_too_long_is_repeated_in_isolation(monkeypatch):
-    now, messages = 0.0, []
-    monkeypatch.setattr(worker, "monotonic", lambda: now)
+    messages = []
     channel = worker._Channel(None)
     monkeypatch.setattr(channel, "send", lambda *message: messages.append(message))
-    spec = SimpleNamespace(call_seconds=0.0)
+    spec = SimpleNamespace(call_seconds=0.0, is_isolated=False)
     observer = worker._ProgressMessages(channel, [spec, spec], Limits(frame_seconds=2))
-    observer.on_tracker_call(0, 1)
-    now = 1.9
-    observer.on_tracker_return()
-    observer.on_frames_done(3)
+    observer._last_message = -1.0
+    observer.on_tracker_return(0, 1.9)
+    observer.on_frame(3, 3)
     assert messages[-1] == ("silence", (302.0, 6))
-    observer.on_tracker_call(0, 2)
-    now = 10.0
     channel.on_compile()
-    observer.on_tracker_return()  # compilation does not count
-    observer.on_tracker_call(0, 3)
-    now = 12.1
+    observer.on_tracker_return(0, 10.0)  # compilation does not count
     with pytest.raises(RepeatError, match="longer than 2 s"):
-        observer.on_tracker_return()
+        observer.on_tracker_return(0, 2.1)
 
 
 def lacking_memory(seed):
