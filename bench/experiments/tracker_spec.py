@@ -13,8 +13,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
-from trackmark.bench.external.idle_processes import close_idle_processes
+from trackmark.bench.external import FRAME_SECONDS, close_idle_processes, is_external, split_table
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text

@@ -20,21 +20,14 @@ from typing import Any, ClassVar, NamedTuple
 import cv2
 import numpy as np
 
-from trackmark.bench.external.idle_processes import keep_process, take_process
-from trackmark.bench.external.plugin import (
-    ExternalOptions,
-    ExternalPlugin,
-    digest_file,
-)
-from trackmark.bench.external.process import (
-    ExternalTrackerError,
-    LineProcess,
-)
+from trackmark.bench.external import keep_process, take_process
+from trackmark.bench.external.plugin import ExternalOptions, ExternalPlugin, digest_file
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.datasets.number_files import form_problem
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
-from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
+from trackmark.trackers.base.estimate_check import read_estimate
 from trackmark.trackers.base.plain import create_plugin
 
 MARK = b"@@TRAX:"
@@ -278,10 +271,7 @@ class TraxPlugin(ExternalPlugin):
         has_confidence = self.external_options.confidence
         confidence = self._parse_confidence(confidence_text) if has_confidence else nan
         fields = {"box": box, "visible": box is not None, "confidence": confidence, "mask": mask}
-        try:
-            return self.estimate(read_estimate(fields, image.shape))
-        except MalformedEstimateError as error:
-            raise self.process.fail(f"returned an invalid estimate: {error}") from None
+        return self.estimate(read_estimate(fields, image.shape))
 
     def _parse_confidence(self, printed: str) -> float:
         with suppress(ValueError):

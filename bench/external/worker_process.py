@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.external.process import (
-    ExternalTrackerError,
-    LineProcess,
-)
-from trackmark.bench.machine_errors import machine_fault, no_room
+from trackmark.bench.external import keep_process
+from trackmark.bench.external.plugin import RemoteTracker
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess, with_output
+from trackmark.bench.machine_errors import MachineError, machine_fault, no_room
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.trackers import TrackerError
+from trackmark.trackers.base.call_clock import CallTime
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
 HOME = str(Path(__file__).parents[3])
 """Folder of the package `trackmark`."""
@@ -87,8 +88,36 @@ class WorkerProcess(LineProcess):
         self.is_usable = not {"invalid", "raised"} & reply.keys()
         return reply
 
-    def drop_tracker(self, seconds: float) -> None:
-        """Drop the tracker within a time limit [s].
+    def call(
+        self,
+        tracker: RemoteTracker,
+        seconds: float,
+        operation: str,
+        arrays: Sequence[NDArray[Any]] = (),
+        **arguments: Any,
+    ) -> dict[str, Any]:
+        """Return the answer of the tracker to an image and a mask, and note its times.
+
+        Raises `MalformedEstimateError` for an invalid estimate. Raises `ExternalTrackerError` if
+        the tracker or its process fails.
+        """
+        if arrays:
+            arguments["pixels"] = self._write_arrays(arrays)
+        reply = self.ask(seconds, operation, **arguments)
+        tracker.drawn = reply.get("drawn", tracker.drawn)
+        if "invalid" in reply:
+            raise MalformedEstimateError(reply["invalid"])
+        if "raised" in reply:
+            output = self.end_output()
+            if reply["fault"]:
+                raise MachineError(reply["fault"])
+            raise ExternalTrackerError(with_output(f"{reply['raised']}\n{reply['trace']}", output))
+        if "time" in reply:
+            tracker.call_time, tracker.device = CallTime(*reply["time"]), reply["device"]
+        return reply
+
+    def drop_tracker(self, seconds: float, *key: object) -> None:
+        """Drop the tracker within a time limit [s], and keep the process for the next of its key.
 
         If this fails, the process is not usable any more, but neither its run nor a later one is
         affected.
@@ -96,8 +125,9 @@ class WorkerProcess(LineProcess):
         if self.is_usable:
             with suppress(TrackerError):
                 self.ask(seconds, "drop")
+        keep_process(self, *key)
 
-    def write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
+    def _write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
         """Write arrays to the file of frames; return their shapes and types."""
         self._frames.seek(0)
         types = []

@@ -19,7 +19,6 @@ from tests.bench.execution.conftest import TRACKMARK, command_line
 from trackmark.bench import operating_system
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution import pool, worker
-from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
@@ -293,11 +292,11 @@ def test_run_needs_no_space_for_temporary_files(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_unknown_backend_is_named_with_the_closest():
+def test_unknown_backend_is_named_with_the_closest(data):
     with pytest.raises(ExperimentError, match=r"unknown backend 'lokal'\. Did you mean 'local'"):
-        create_executor("lokal")
+        run_experiment(experiment(data, "static"), data, backend="lokal")
     with pytest.raises(ExperimentError, match="--address"):
-        create_executor("local", address="tcp://somewhere")
+        run_experiment(experiment(data, "static"), data, address="tcp://somewhere")
 
 
 @pytest.mark.parametrize("name", ["frame_seconds", "run_seconds", "memory_bytes"])

@@ -21,9 +21,8 @@ from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
-from trackmark.bench.external import trax
+from trackmark.bench.external import close_idle_processes, trax
 from trackmark.bench.external.definition import open_external
-from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.worker_process import START, WORKER
 
