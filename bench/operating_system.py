@@ -10,9 +10,12 @@ import platform
 import signal
 import subprocess
 import sys
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
 from functools import cache
 from pathlib import Path
+from typing import Any
 
 try:
     import fcntl
@@ -24,6 +27,14 @@ _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _END_SECONDS = 10.0
+
+_MARK = "TRACKMARK_CHILD"
+_HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
+# Import this installation, not another one that is earlier in the path.
+_CODE = (
+    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
+    "from {module} import main; main()"
+)
 
 
 def working_directory() -> str:
@@ -112,7 +123,44 @@ def end_with_parent(parent: int) -> None:
             os._exit(1)
 
 
-def kill_process_tree(process: "subprocess.Popen[bytes]", mark: str) -> None:
+def in_child() -> bool:
+    """Return whether trackmark has started this process, directly or indirectly."""
+    return any(name.startswith(f"{_MARK}_") for name in os.environ)
+
+
+class ProcessTree:
+    """Process of a command, in its own session; `process` is an object of `subprocess.Popen`.
+
+    `environment` is added to the environment of this process. `options` are further arguments of
+    `subprocess.Popen`.
+    """
+
+    def __init__(
+        self, command: Sequence[str], environment: Mapping[str, str] | None = None, **options: Any
+    ) -> None:
+        # Each tree has its own variable, so that nested trees do not hide one another.
+        self._mark = f"{_MARK}_{uuid.uuid4().hex}"
+        self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # by the user
+            command,
+            env={**os.environ, **(environment or {}), self._mark: "1"},
+            # In its own session, the process does not receive signals for this command.
+            start_new_session=True,
+            **options,
+        )
+
+    @classmethod
+    def run_module(cls, module: str, arguments: Iterable[object], **options: Any) -> "ProcessTree":
+        """Call `main` of a module in a new process, with `arguments` in `sys.argv`."""
+        code = _CODE.format(module=module)
+        command = [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)]
+        return cls(command, **options)
+
+    def end(self) -> None:
+        """Kill the process and all processes that it has started."""
+        _kill_tree(self.process, self._mark)
+
+
+def _kill_tree(process: "subprocess.Popen[bytes]", mark: str) -> None:
     """Kill a process and all that it has started; `mark` is a variable of their environment.
 
     Where descendants cannot be found, they end when their pipes to the process close.

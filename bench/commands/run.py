@@ -205,7 +205,7 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
                 _print_row(all_runs, row, metrics)
         print_message(message)
     else:
-        _print_scores(runs, execution.plan.protocol, metrics, options)
+        _print_scores(runs, execution.experiment.protocol_key, metrics, options)
     print_corner_hints(runs)
     if not as_json:
         if not options.quiet:

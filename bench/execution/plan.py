@@ -82,11 +82,6 @@ class Plan:
         return len(self.sequences) * len(self.run_trackers)
 
     @cached_property
-    def protocol(self) -> str:
-        """Name of the protocol under which runs are stored."""
-        return self.experiment.protocol_key
-
-    @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
         """Index of the tracker of each run on a sequence."""
         return np.repeat(np.arange(len(self.repetitions)), self.repetitions)
@@ -100,10 +95,11 @@ class Plan:
     @cached_property
     def requested(self) -> dict[RunKey, str]:
         """Requested version of each run, ordered by sequence."""
-        labels = [chosen.label for chosen in self.trackers.values()]
+        protocol = self.experiment.protocol_key
+        labels = [spec.label for spec in self.trackers.values()]
         pairs = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
         return {
-            (labels[tracker], sequence.name, repetition, self.protocol): versions[tracker]
+            (labels[tracker], sequence.name, repetition, protocol): versions[tracker]
             for sequence, versions in zip(self.sequences, self.versions, strict=True)
             for tracker, repetition in pairs
         }

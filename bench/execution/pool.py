@@ -23,8 +23,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.task import OPENING_SECONDS, Limits, RepeatError, Task
 from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
-from trackmark.bench.operating_system import machine_memory
-from trackmark.bench.process_tree import ProcessTree
+from trackmark.bench.operating_system import ProcessTree, machine_memory
 from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
 from trackmark.datasets import SequenceError

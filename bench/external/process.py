@@ -19,7 +19,7 @@ from time import monotonic, sleep
 from typing import IO, NamedTuple
 
 from trackmark.bench.machine_errors import machine_fault
-from trackmark.bench.process_tree import ProcessTree
+from trackmark.bench.operating_system import ProcessTree
 from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError

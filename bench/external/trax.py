@@ -151,7 +151,7 @@ class TraxOptions(ExternalOptions):
 
     trax: str
     folder: str = ""
-    confidence: bool = True
+    confidence: bool = True  # name: documented option
     stochastic: bool = False
 
 
@@ -245,7 +245,9 @@ class TraxPlugin(ExternalPlugin):
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self.process: TraxProcess = _take(self.external_options, self.digest)
+        self.process: TraxProcess = take_process(
+            lambda: TraxProcess(self.external_options), self.external_options, self.digest
+        )
         self._clock = CallClock()
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
@@ -331,10 +333,6 @@ def _too_many(line: bytes) -> str:
     return f"sent {text!r} without a request. Expected: one answer per frame"
 
 
-def _take(options: TraxOptions, digest: str) -> TraxProcess:
-    return take_process(lambda: TraxProcess(options), options, digest)
-
-
 def open_trax_plugin(
     options: TraxOptions, owner: str, folder: Path
 ) -> tuple[type[TraxPlugin], Path]:
@@ -356,7 +354,7 @@ def open_trax_plugin(
         )
     files = _command_files(command, options)
     digest = "-".join(map(digest_file, files))
-    process = _take(options, digest)
+    process = take_process(lambda: TraxProcess(options), options, digest)
     keep_process(process, options, digest)
     hello = process.hello
     description = {

@@ -175,11 +175,3 @@ def test_sequence_without_ground_truth_is_refused(make_sequence):
     sequence = make_sequence(n=4, absent=range(4))
     with pytest.raises(SequenceError, match="no ground truth"):
         evaluate_run("static", sequence)
-
-
-def test_static_has_the_scores_of_its_first_box(make_sequence):
-    sequence = make_sequence(n=9)
-    scores = tm.score(evaluate_run("static", sequence), sequence)
-    distance = np.arange(1, 9) * 0.5
-    assert scores["centre_error"] == pytest.approx(distance.mean())
-    assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))
