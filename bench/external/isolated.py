@@ -84,17 +84,12 @@ def describe_isolated(name: str) -> dict[str, Any]:
 
 def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str, Any]:
     """Return an answer about a tracker; the process is kept for the next one."""
-    started: list[WorkerProcess] = []
-
-    def start() -> WorkerProcess:
-        started.append(factory.start_process())
-        return started[0]
-
-    process = take_process(start, *factory.process_key)
+    process = take_process(factory.start_process, *factory.process_key)
+    was_idle = process.n_requests > 0
     try:
         reply = process.ask(START_SECONDS, operation, **arguments)
     except TrackerError as error:
-        if not started:  # a run in this process can have exhausted its files or memory
+        if was_idle:  # a run in this process can have exhausted its files or memory
             return _ask(factory, operation, **arguments)
         if not isinstance(error, ExternalTrackerError):
             raise

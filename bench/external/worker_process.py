@@ -55,7 +55,7 @@ class WorkerProcess(LineProcess):
         except OSError as error:
             raise machine_fault(error) or no_room(str(error)) from error
         self.source = source
-        self._n_requests = 0
+        self.n_requests = 0
         super().__init__(
             [python, "-u", str(START), str(WORKER), str(file.path), HOME, operations, *arguments],
             MARK,
@@ -74,8 +74,8 @@ class WorkerProcess(LineProcess):
         Raises `TrackerError` if the answer is that the tracker is unusable.
         """
         self.is_usable = False
-        self._n_requests += 1
-        request = json.dumps([self._n_requests, operation, arguments], default=int)  # of NumPy
+        self.n_requests += 1
+        request = json.dumps([self.n_requests, operation, arguments], default=int)  # of NumPy
         self.send(request.encode() + b"\n", seconds)
         reply = self._parse(self.read_line(seconds))
         if "problem" in reply:
@@ -151,13 +151,13 @@ class WorkerProcess(LineProcess):
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:
             request_number, reply = json.loads(line[len(MARK) :])
-            is_expected = isinstance(reply, dict) and request_number == self._n_requests
+            is_expected = isinstance(reply, dict) and request_number == self.n_requests
         except (ValueError, TypeError):
             is_expected = False
         if not is_expected:
             received = line.decode(errors="replace")[:80]
             raise self.fail(
-                f"sent {received!r}, which is not the answer to request {self._n_requests}. Write "
+                f"sent {received!r}, which is not the answer to request {self.n_requests}. Write "
                 "to stdout or stderr only, not to other descriptors of the process"
             )
         return dict(reply)
