@@ -62,8 +62,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
     [
         ("metrics/sets/native.py", True),
         ("metrics/interface.py", True),
-        ("metrics/overlap.py", True),
-        ("metrics/centre_error.py", True),
+        ("metrics/boxes.py", True),
         ("evaluation/ground_truth.py", True),
         ("protocols/one_pass.py", True),
         ("store/truth.py", True),
@@ -80,7 +79,7 @@ def test_scorer_digest_covers_all_modules_that_score(copy, file, is_used):
 
 def test_scorer_digest_covers_an_import_in_a_function(copy):
     replace_once(
-        copy / "bench/metrics/overlap.py",
+        copy / "bench/metrics/boxes.py",
         "import numpy as np",
         "import numpy as np\n\ndef f():\n    from trackmark.bench.metrics.late import late\n",
     )
