@@ -84,7 +84,7 @@ class Observer:
     """Callbacks of a pass over a sequence, empty by default."""
 
     def on_frame(self, frame: int, n_done: int) -> None:
-        """Handle the event that a frame is processed; `n_done` frames of the pass are done."""
+        """Handle progress: `frame` is the present frame, and `n_done` frames are done."""
 
     def on_tracker_return(self, run_index: int, seconds: float) -> None:
         """Handle the event that a tracker has returned or raised, after a number of seconds."""

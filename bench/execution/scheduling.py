@@ -87,7 +87,7 @@ class Tasks:
             repetition = int(plan.run_repetitions[run])
             identity = run_identity(plan.trackers[spec], planned, repetition, protocol)
             key = identity.tracker, planned.name, repetition, protocol
-            version, _ = plan.stored_versions.get(key, ("", ""))
+            version, _ = plan.stored_versions.get(key, ("", RunStatus.MISSING))
             planned_runs.append(PlannedRun(spec, identity, version))
         arrays = plan.experiment.keeps_arrays
         return Task(planned.source, tuple(planned_runs), planned.n_frames, keep_arrays=arrays)
