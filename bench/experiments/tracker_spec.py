@@ -141,7 +141,8 @@ class TrackerSpec:
             name, options = split_text(self.label)
             options.pop("init", None)
             make = IsolatedFactory(name, options)
-        return replace(self, make=make.limited(frame_seconds), call_seconds=frame_seconds)
+        make = replace(make, frame_seconds=frame_seconds)
+        return replace(self, make=make, call_seconds=frame_seconds)
 
     @property
     def version(self) -> dict[str, Any]:

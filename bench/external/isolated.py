@@ -5,7 +5,7 @@ process. So does a tracker of the package that uses the random generators of the
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -40,10 +40,6 @@ class IsolatedFactory:
     def __call__(self, seed: np.random.SeedSequence) -> "IsolatedTracker":
         """Create the tracker."""
         return IsolatedTracker(self, seed)
-
-    def limited(self, frame_seconds: float) -> "IsolatedFactory":
-        """Return the factory with another time limit."""
-        return replace(self, frame_seconds=frame_seconds)
 
     @property
     def process_key(self) -> tuple[str, str]:

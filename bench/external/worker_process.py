@@ -34,7 +34,8 @@ class WorkerProcess(LineProcess):
     """Process of `worker.py`, in an interpreter.
 
     `operations` and `arguments` are those of `worker.py`; `source` is the file of the tracker.
-    `name` replaces interpreter and arguments in errors.
+    `name` replaces interpreter and arguments in errors. `n_requests` is the number of requests so
+    far.
     """
 
     stack_signal = getattr(signal, "SIGUSR1", None)
