@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from trackmark.bench.execution.cluster import ClusterExecutor
 
 BACKENDS = ("local", "dask")
-"""What executes tasks: worker processes of this machine, or a Dask cluster."""
+"""Names of what executes tasks: worker processes of this machine, or a Dask cluster."""
 
 
 def run_experiment(
