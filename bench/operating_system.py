@@ -6,12 +6,14 @@ here improve on that: they limit memory, end processes with all their descendant
 
 import ctypes
 import os
+import platform
 import signal
 import subprocess
 import sys
 import uuid
 from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -27,6 +29,14 @@ _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
 _KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 _END_SECONDS = 10.0
 
+_MARK = "TRACKMARK_CHILD"
+_HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
+# Import this installation, not another one that is earlier in the path.
+_CODE = (
+    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
+    "from {module} import main; main()"
+)
+
 
 def working_directory() -> str:
     """Return the working directory; empty if it was removed."""
@@ -34,6 +44,23 @@ def working_directory() -> str:
         return os.getcwd()  # noqa: PTH109  # called for each frame: a Path takes longer
     except FileNotFoundError:
         return ""
+
+
+@cache
+def machine_name() -> str:
+    """Return processor and number of cores of this machine: `AMD EPYC 7B13, 2 cores`."""
+    cores = os.cpu_count() or 1
+    return f"{_processor()}, {cores} core{'s' * (cores > 1)}"
+
+
+def _processor() -> str:
+    """Return the model of the processor, or else its architecture."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8", "replace").splitlines()
+    except OSError:  # not Linux
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return " ".join(next(filter(None, models), platform.processor() or platform.machine()).split())
 
 
 def machine_memory() -> int:
@@ -94,15 +121,6 @@ def end_with_parent(parent: int) -> None:
             ctypes.CDLL(None).prctl(option, value)
         if os.getppid() != parent:  # the parent has ended in the meantime
             os._exit(1)
-
-
-_MARK = "TRACKMARK_CHILD"
-_HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
-# Import this installation, not another one that is earlier in the path.
-_CODE = (
-    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
-    "from {module} import main; main()"
-)
 
 
 def in_child() -> bool:

@@ -233,7 +233,9 @@ def _execute(
                 _print_row(all_runs, row, metrics)
         print_message(message)
     else:
-        _print_scores(runs, execution.plan.protocol, metrics, verbose=verbose, quiet=quiet)
+        _print_scores(
+            runs, execution.experiment.protocol_key, metrics, verbose=verbose, quiet=quiet
+        )
     print_corner_hints(runs)
     if not as_json:
         if not quiet:

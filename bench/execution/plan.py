@@ -82,15 +82,10 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored_versions: Mapping[RunKey, tuple[str, str]]  # version and status
+    stored_versions: Mapping[RunKey, tuple[str, RunStatus]]
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
-
-    @cached_property
-    def protocol(self) -> str:
-        """Name of the protocol under which runs are stored."""
-        return self.experiment.protocol_key
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
@@ -106,10 +101,11 @@ class Plan:
     @cached_property
     def requested(self) -> dict[RunKey, str]:
         """Requested version of each run, ordered by sequence."""
-        labels = [chosen.label for chosen in self.trackers.values()]
+        protocol = self.experiment.protocol_key
+        labels = [spec.label for spec in self.trackers.values()]
         pairs = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
         return {
-            (labels[tracker], sequence.name, repetition, self.protocol): versions[tracker]
+            (labels[tracker], sequence.name, repetition, protocol): versions[tracker]
             for sequence, versions in zip(self.sequences, self.versions, strict=True)
             for tracker, repetition in pairs
         }
@@ -122,12 +118,8 @@ class Plan:
 
     def status(self, key: RunKey) -> RunStatus:
         """Return the status of a requested run."""
-        version, status = self.stored_versions.get(key, ("", ""))
-        if not version:
-            return RunStatus.MISSING
-        if version != self.requested[key]:
-            return RunStatus.STALE
-        return _STORED_STATUSES.get(status, RunStatus.FINISHED)
+        version, status = self.stored_versions.get(key, ("", RunStatus.MISSING))
+        return status if version in ("", self.requested[key]) else RunStatus.STALE
 
     @property
     def n_frames(self) -> NDArray[np.int64]:
@@ -167,13 +159,12 @@ class Plan:
         )
 
 
-_STORED_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
-
-
-def _stored_status(row: Mapping[str, Any]) -> str:
-    """Return the status of a stored run; `disturbed` for a timing run under other load."""
+def _stored_status(row: Mapping[str, Any]) -> RunStatus:
+    """Return the status of a stored run, if it has the requested version."""
+    if row["status"] == "failed":
+        return RunStatus.FAILED
     is_disturbed = row["protocol"] == TIMING and (row["run_delay_share"] or 0.0) > MAX_RUN_DELAY
-    return "disturbed" if is_disturbed and row["status"] == "finished" else str(row["status"])
+    return RunStatus.DISTURBED if is_disturbed else RunStatus.FINISHED
 
 
 def make_plan(

@@ -148,7 +148,12 @@ class Pool:
     def run_tasks(
         self, tasks: Iterable[Task], progress: Callable[[int], None] = lambda _: None
     ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
-        """Yield tasks with their runs as they end, in any order; see `bench.execution.backend`."""
+        """Yield tasks with their runs as they end, in any order.
+
+        `tasks` is consumed while the work proceeds. `progress` is called repeatedly with the work
+        (`Task.work`) that is done. An exception instead of runs is an error of the sequence;
+        errors of trackers are stored in their runs.
+        """
         remaining, repeated = iter(tasks), deque[Task]()
         work = 0
 

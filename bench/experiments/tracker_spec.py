@@ -12,8 +12,7 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
-from trackmark.bench.external.idle_processes import close_idle_processes
+from trackmark.bench.external import FRAME_SECONDS, close_idle_processes, is_external, split_table
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.datasets.source_digest import library_versions, source_digest
@@ -127,7 +126,8 @@ class TrackerSpec:
             name, options = split_text(self.label)
             options.pop("init", None)
             make = IsolatedFactory(name, options)
-        return replace(self, make=make.limited(frame_seconds), call_seconds=frame_seconds)
+        make = replace(make, frame_seconds=frame_seconds)
+        return replace(self, make=make, call_seconds=frame_seconds)
 
     @property
     def digest(self) -> str:

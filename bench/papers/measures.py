@@ -17,8 +17,7 @@ from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from trackmark.bench.evaluation.run_record import Run, Trajectory
-from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.datasets.spec_string import parse_text
 

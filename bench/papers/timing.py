@@ -108,7 +108,7 @@ def turn_times(methods: Methods, excerpts: Sequence[Excerpt]) -> Times:
     frames = [len(images) - 1 for _, images, _ in excerpts]
     with one_thread():
         timed = [_TimedMethod(make, excerpts) for make in makers.values()]
-        seconds, turns = take_turns(timed, frames, 2 * ROUNDS, SECONDS)
+        seconds, turns = take_turns([method.turn for method in timed], frames, 2 * ROUNDS, SECONDS)
     passes = seconds.shape[1] // ROUNDS
     rounds = seconds[:, : passes * ROUNDS].reshape(len(timed), ROUNDS, passes, len(turns))
     fastest, times = rounds.min(axis=2), {}

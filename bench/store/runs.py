@@ -12,8 +12,8 @@ from sqlite3 import Row
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 
 from trackmark import datasets
-from trackmark.bench.evaluation.outcomes import MetricOutcome, outcome_of
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING

@@ -8,7 +8,6 @@ from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
-from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import Sequence, SequenceError
@@ -64,11 +63,6 @@ def test_unknown_region_is_named_with_the_known_ones(sequence):
 def test_region_absent_in_first_target_frame_is_rejected(sequence):
     with pytest.raises(SequenceError, match="'late' is absent in frame 0"):
         evaluate_run("static:init=late", sequence)
-
-
-def test_timing_run_starts_from_the_region(sequence):
-    (run,) = run_protocol([(parse_tracker("static:init=full"), 0)], sequence, TIMING).runs
-    np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
 
 
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):

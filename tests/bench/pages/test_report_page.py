@@ -24,8 +24,7 @@ from trackmark.bench.analysis.published_sets import SETS
 from trackmark.bench.analysis.times import time_text
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
-from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.pages.content import Page, PageSection, PageTable
 from trackmark.bench.pages.page import card, write_page
 from trackmark.reports.tables import Cell, Table

@@ -69,6 +69,7 @@ def test_protocols_are_found_by_file_and_keep_defaults():
     files = {path.stem for path in Path(protocols.__file__).parent.glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in protocols.names()} == files
     assert {name: dict(parse_protocol(name)) for name in protocols.names()} == DEFAULTS
+    assert [parse_protocol(name).key for name in protocols.names()] == protocols.names()
 
 
 @every_protocol
@@ -80,13 +81,6 @@ def test_definition_of_protocol_is_complete(name):
     assert len(definition["definition"]) > 200
     assert all(parameter["meaning"] for parameter in definition["parameters"])
     assert can_score(definition["metrics"], parse_protocol(name).key)
-
-
-@every_protocol
-def test_text_of_protocol_is_parsed_to_an_equal_protocol(name):
-    protocol = parse_protocol(name)
-    assert protocol.key == name
-    assert parse_protocol(protocol.key) == protocol
 
 
 def test_parameters_are_parsed_and_checked():

@@ -150,7 +150,7 @@ class Experimenter(RuleBasedStateMachine):
         )
         goal, requested = self._goal(chosen, retry_failed)
         execution = Execution(chosen, self.output, retry_failed=retry_failed)
-        execution.executor = InProcessExecutor()
+        execution.cluster = InProcessExecutor()
         self._do(lambda: list(execution.rows()), killed_at, goal, requested)
 
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 8))
