@@ -85,7 +85,14 @@ def ellipse_counts(
         ellipses, left, top = ellipses[:, [1, 0, 3, 2]], top, left
     pixel_slots = _slots_of_pixels(codes, slots)
     return EllipseCounts(
-        *_count_slots(pixel_slots, left, top, ellipses, KERNELS.index(kernel), len(bins))
+        *_count_slots(
+            pixel_slots,
+            left,
+            top,
+            np.ascontiguousarray(ellipses),
+            KERNELS.index(kernel),
+            len(bins),
+        )
     )
 
 
@@ -111,7 +118,7 @@ def _count_slots(
     rows = histograms[0], histograms[1], histograms[2], histograms[3]
     for i in range(n):
         histograms[:] = 0
-        x, y, half_x, half_y = ellipses[i]
+        x, y, half_x, half_y = ellipses[i, 0], ellipses[i, 1], ellipses[i, 2], ellipses[i, 3]
         fall_x, fall_y = _FULL / (half_x * half_x), _FULL / (half_y * half_y)
         if kernel == _ISOTROPIC:
             fall_x = fall_y = _FULL / (half_x * half_x + half_y * half_y)
