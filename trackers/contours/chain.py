@@ -7,7 +7,7 @@ The joint density of all states is the product of each cue's density given the p
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias, get_args
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
 
 _NEVER_QUITE_ZERO = 1e-12  # relative weight of a hypothesis that is not attached to any other
-
-Observation = TypeVar("Observation", contravariant=True)
-Seen = TypeVar("Seen")
 
 
 class Weighed(NamedTuple):
@@ -45,7 +42,7 @@ class Hypotheses:
 Earlier: TypeAlias = Sequence[Hypotheses]
 
 
-class Cue(Protocol[Observation]):
+class Cue(Protocol):
     """Feature of the target: state density, dynamic model and observation model."""
 
     def sample(self, generator: np.random.Generator) -> NDArray[Any]:
@@ -56,7 +53,7 @@ class Cue(Protocol[Observation]):
         ...
 
     def weigh(
-        self, observation: Observation, states: NDArray[Any], attached: Attached, earlier: Earlier
+        self, observation: Any, states: NDArray[Any], attached: Attached, earlier: Earlier
     ) -> Weighed:
         """Weigh hypotheses by the frame and by attached hypotheses of earlier cues.
 
@@ -70,7 +67,7 @@ class Cue(Protocol[Observation]):
         ...
 
 
-class Chain(Generic[Seen]):
+class Chain:
     """Cues in the order of their dependence: each may depend on all previous ones.
 
     `cues` sequence of Cue: the cues, in order.
@@ -87,7 +84,7 @@ class Chain(Generic[Seen]):
 
     def __init__(
         self,
-        cues: Sequence[Cue[Seen]],
+        cues: Sequence[Cue],
         association: Association = "by-weight",
         feedback: Feedback = "marginal",
     ) -> None:
@@ -98,7 +95,7 @@ class Chain(Generic[Seen]):
         self.association = association
         self.feedback = feedback
 
-    def step(self, observation: Seen, generator: np.random.Generator) -> tuple[Hypotheses, ...]:
+    def step(self, observation: Any, generator: np.random.Generator) -> tuple[Hypotheses, ...]:
         """Process a frame; return the weighted hypotheses of each cue, in order."""
         all_hypotheses: list[Hypotheses] = []
         for cue in self.cues:

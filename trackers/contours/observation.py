@@ -53,11 +53,11 @@ def _cell_totals(image: Image, levels: int) -> tuple[Ints, Cells]:
             totals[cell, 3] += 1
     index_of_cell = np.empty(len(totals), np.int32)
     n_cells = 0
-    for cell in range(len(totals)):
-        index_of_cell[cell] = n_cells
-        if totals[cell, 3] > 0:
+    for index in range(len(totals)):
+        index_of_cell[index] = n_cells
+        if totals[index, 3] > 0:
             for k in range(4):
-                totals[n_cells, k] = totals[cell, k]
+                totals[n_cells, k] = totals[index, k]
             n_cells += 1
     for row in range(rows):
         for column in range(columns):

@@ -58,20 +58,20 @@ def pixel_regions(
         height = area / width
         left, right = np.floor(x - width / 2 + 0.5), np.floor(x + width / 2 + 0.5)
         top, bottom = np.floor(y - height / 2 + 0.5), np.floor(y + height / 2 + 0.5)
-        whole = (right - left) * (bottom - top)
+        n_pixels = (right - left) * (bottom - top)
         left, right = max(left, 0.0), min(right, float(image_width))
         top, bottom = max(top, 0.0), min(bottom, float(image_height))
         inside = max(right - left, 0.0) * max(bottom - top, 0.0)
-        if not (inside >= least_pixels and inside >= least_share * whole):  # NaN also ends here
+        if not (inside >= least_pixels and inside >= least_share * n_pixels):  # NaN also ends here
             continue
         first, last = int(left), int(right)
         start, stop = int(top), int(bottom)
-        for part in range(n_parts):
-            begin = start + part * (stop - start) // n_parts
-            end = start + (part + 1) * (stop - start) // n_parts
-            parts[part, i, 0], parts[part, i, 1] = first, begin
-            parts[part, i, 2], parts[part, i, 3] = last, end
-            pixels[part, i] = (last - first) * (end - begin)
+        for part_index in range(n_parts):
+            begin = start + part_index * (stop - start) // n_parts
+            end = start + (part_index + 1) * (stop - start) // n_parts
+            parts[part_index, i, 0], parts[part_index, i, 1] = first, begin
+            parts[part_index, i, 2], parts[part_index, i, 3] = last, end
+            pixels[part_index, i] = (last - first) * (end - begin)
         window_left, window_right = min(window_left, first), max(window_right, last)
         window_top, window_bottom = min(window_top, start), max(window_bottom, stop)
     return Regions(

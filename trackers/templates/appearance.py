@@ -262,7 +262,7 @@ def compute_features(image: Image, features: Features) -> Array:
     if features == "rgb":
         return colours
     if features == "intensity":
-        return colours.sum(axis=2, keepdims=True)
+        return np.asarray(colours.sum(axis=2, keepdims=True))
     return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
 
 
