@@ -7,7 +7,7 @@ The joint density of all states is the product of each cue's density given the p
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Literal, NamedTuple, Protocol, TypeAlias, get_args
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -77,9 +77,6 @@ class Chain:
       the cue's own weights (equation 4). `joint`: its weights in the complete density (equation 7),
       which later cues also affect. `joint` corrects the paper: if z₂ depends on x₁, p(x₁ | z₁, z₂)
       differs from p(x₁ | z₁).
-
-    Raises ValueError for other values of `association` or `feedback`. `step` raises it if a cue
-    returns negative weights, or weights of a wrong shape.
     """
 
     def __init__(
@@ -88,9 +85,6 @@ class Chain:
         association: Association = "by-weight",
         feedback: Feedback = "marginal",
     ) -> None:
-        for value, choices in ((association, Association), (feedback, Feedback)):
-            if value not in get_args(choices):
-                raise ValueError(f"{value!r} is none of {', '.join(get_args(choices))}.")
         self.cues = tuple(cues)
         self.association = association
         self.feedback = feedback
@@ -106,11 +100,6 @@ class Chain:
                 else None
             )
             weighed = cue.weigh(observation, states, attached, all_hypotheses)
-            if weighed.weights.shape != (len(states),) or (weighed.weights < 0).any():
-                raise ValueError(
-                    f"{type(cue).__name__} returned weights of shape {weighed.weights.shape}, or "
-                    f"negative weights. Expected: {len(states)} weights ≥ 0, one per hypothesis."
-                )
             weights = normalise_weights(weighed.weights)
             all_hypotheses.append(Hypotheses(states, weights, attached, weighed.evidence))
         carried = (
@@ -138,10 +127,7 @@ def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ..
     last = hypotheses[-1]
     combinations = [np.arange(len(last.weights), dtype=np.intp)]
     for later in reversed(hypotheses[1:]):
-        if later.attached is None:
-            raise ValueError(
-                "the hypotheses of a cue are not attached to hypotheses of the previous cue."
-            )
+        assert later.attached is not None
         combinations.append(later.attached[combinations[-1]])
     return tuple(reversed(combinations))
 
