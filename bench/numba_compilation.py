@@ -52,20 +52,15 @@ class _NumbaFinder:
 
             def execute_and_prepare(module: ModuleType) -> None:
                 execute(module)
-                _prepare(self._on_compile)
+                _register_callback(self._on_compile)
+                _lock_cache()
 
             spec.loader.exec_module = execute_and_prepare  # type: ignore[method-assign]  # patches this instance
         return spec
 
 
-def _prepare(on_compile: Callable[[], None]) -> None:
-    """Register the callback, and make Numba lock a function's cache when it reads or writes it.
-
-    Numba writes the index of compiled kernels before their files. Without the lock, another process
-    could read an older kernel, or one for other types, in between.
-    """
+def _register_callback(on_compile: Callable[[], None]) -> None:
     from numba.core import event
-    from numba.core.caching import IndexDataCacheFile
 
     class Listener(event.Listener):
         def on_start(self, happened: Any) -> None:
@@ -75,17 +70,29 @@ def _prepare(on_compile: Callable[[], None]) -> None:
             pass
 
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]  # Numba's
-    for name in ("load", "save"):
-        setattr(IndexDataCacheFile, name, _locked(getattr(IndexDataCacheFile, name)))
 
 
-def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
-    @wraps(call)
-    def alone(cache: Any, *arguments: Any) -> Any:
-        with ExitStack() as lock:
-            with suppress(OSError):  # a read-only folder has no writers
-                file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
-                lock_file(file.fileno())
-            return call(cache, *arguments)
+def _lock_cache() -> None:
+    """Make Numba lock the cache of a kernel while one process looks it up, compiles and stores it.
 
-    return alone
+    Workers start with the same kernels at the same time. Without the lock, each would compile all
+    of them. One could also read an older kernel, or one for other types, because Numba writes the
+    index of compiled kernels before their files.
+    """
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
+
+    compile_or_load = Dispatcher.compile
+
+    @wraps(compile_or_load)
+    def compile_alone(kernel: Any, *arguments: Any) -> Any:
+        # Threads take Numba's own lock first, so that none waits for a file that another holds.
+        with global_compiler_lock, ExitStack() as lock:
+            file = getattr(kernel._cache, "_cache_file", None)
+            if file is not None:
+                with suppress(OSError):  # a read-only folder has no writers
+                    locked = lock.enter_context(Path(f"{file._index_path}.lock").open("ab"))
+                    lock_file(locked.fileno())
+            return compile_or_load(kernel, *arguments)
+
+    Dispatcher.compile = compile_alone  # type: ignore[method-assign,assignment]  # Numba's

@@ -18,9 +18,8 @@ from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
-from trackmark.trackers import Randomness, Tracker, TrackerError
+from trackmark.trackers import Randomness, Tracker, TrackerError, TrackerPlugin
 from trackmark.trackers.base.catalogue import (
-    DEFAULT_PRESET,
     Specification,
     describe_plugin,
     in_file,
@@ -278,7 +277,7 @@ def _make_spec(
     return TrackerSpec(
         label=format_text(name, {**options, **init_option}),
         name=name,
-        preset=options.get("preset", DEFAULT_PRESET),
+        preset=options.get("preset", TrackerPlugin.default_preset),
         parameters=parameters,
         randomness=Randomness(randomness),
         file=Path(file),

@@ -42,7 +42,7 @@ SPACING = 3.0  # distance between points of the true contour [px]
 Array: TypeAlias = NDArray[np.float64]
 
 
-class KeepingChain(Chain[Observation]):
+class KeepingChain(Chain):
     """Chain that stores the hypotheses of the last frame by cue."""
 
     hypotheses: tuple[Hypotheses, ...] = ()

@@ -39,7 +39,7 @@ def test_options_are_used(name):
     unused = [
         parameter
         for parameter, origin in plugin.Parameters.origins().items()
-        if origin.kind == "option" and parameter not in preset_values
+        if origin == "option" and parameter not in preset_values
         if not is_set(parameter, text)
     ]
     assert not unused
