@@ -48,8 +48,8 @@ LABEL_SENTENCES = {
     "not testable here": (
         "*Not testable here*: our scenes can show nothing about the claim. One reason is that "
         "all compared trackers keep the target in nearly all scenes (*ceiling*) or in nearly none "
-        "(*floor*). Others are that the target is lost before the event of the claim, or that the "
-        "problem does not arise."
+        "(*floor*). Others are that the target is lost before the event of the claim, that the "
+        "problem does not arise, or that the compared trackers return equal boxes."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""
