@@ -1,8 +1,8 @@
 """Tests of claims: each judges one value per scene (`Evidence`) by a rule of `verdict_rules`.
 
 Before a rule applies, the scenes must be able to show the claim. Otherwise the verdict is "not
-testable here". The tests are, in this order: problem not posed, floor or ceiling, lost before the
-event, the rule of the claim, and criteria of the scenes that favour the claim.
+testable here". The tests are, in this order: problem not posed, equal runs, floor or ceiling, lost
+before the event, the rule of the claim, and criteria of the scenes that favour the claim.
 """
 
 from dataclasses import dataclass, field, replace
@@ -137,7 +137,7 @@ def _judge_by_rule(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims
         verdict = share(_succeeded(evidence.first))
     else:
         verdict = _judge_differences(claim, evidence)
-    return replace(verdict, unit=evidence.unit, counted=evidence.unit_noun)
+    return replace(verdict, unit=claim.unit or evidence.unit, counted=evidence.unit_noun)
 
 
 def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
@@ -161,7 +161,7 @@ def _obstacle(claim: Claim, evidence: Evidence) -> str:
         return f"problem not posed: {evidence.not_posed}"
     if claim.test == "order" and evidence.equal_runs > HALF:
         share_of = f"{100 * evidence.equal_runs:.0f} % of the scenes"
-        return f"problem not posed: the compared runs have equal boxes in {share_of}"
+        return f"equal runs: the compared trackers have equal boxes in {share_of}"
     return _floor_or_ceiling(claim, evidence) or _lost_before(evidence.lost_before)
 
 

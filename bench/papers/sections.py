@@ -50,8 +50,8 @@ LABEL_SENTENCES = {
     "not testable here": (
         "*Not testable here*: our scenes can show nothing about the claim. One reason is that "
         "all compared trackers keep the target in nearly all scenes (*ceiling*) or in nearly none "
-        "(*floor*). Others are that the target is lost before the event of the claim, or that the "
-        "problem does not arise."
+        "(*floor*). Others are that the target is lost before the event of the claim, that the "
+        "problem does not arise, or that the compared trackers return equal boxes."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""
@@ -115,10 +115,14 @@ def details_sections(
 ) -> list[Section]:
     """Return the sections of a paper's details page; `main`: tables in addition to the main one."""
     paper = context.paper
-    written = f"Written by `trackmark reproduce {paper.name} --all`."
+    sensitivity = read_sensitivity(paper)
+    if not sensitivity.rows:
+        reason = "No choice moves the main measure on development data by more than 0.02."
+    else:
+        reason = f"Not measured; `trackmark reproduce {paper.name} --all` measures it."
     tables = (
-        [sensitivity_table(context, read_sensitivity(paper))]
-        if context.options.with_sensitivity
+        [sensitivity_table(context, sensitivity)]
+        if sensitivity.rows and context.options.with_sensitivity
         else []
     )
     history = f"The [history](history.md#{paper.name}) lists changes of scenes and claims."
@@ -128,7 +132,7 @@ def details_sections(
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
         Section("considered", "Values that were not taken", tables=[candidate_table(paper)]),
-        Section("sensitivity", "Sensitivity", [] if tables else [written], tables),
+        Section("sensitivity", "Sensitivity", [] if tables else [reason], tables),
         *(Section(table.name, table.name.capitalize(), tables=[table]) for table in main),
         Section("figures", "Figures", figures=figures),
     ]

@@ -1,5 +1,6 @@
 """Claims: reading of files, labels from values by scene, and table rows."""
 
+import re
 from dataclasses import replace
 from math import isnan
 
@@ -9,6 +10,7 @@ import pytest
 
 from tests.bench.papers.claim_entries import NAMES, TEXTS, claim
 from trackmark.bench.experiments.experiment import ExperimentError
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.claim_tests import Evidence, judge, scene_differences
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.toml_table import validated
@@ -225,13 +227,15 @@ def test_first_obstacle_is_the_reason():
     everything = replace(
         BETTER,
         not_posed="3 of the first 40 scenes of ball meet the criteria of difficulty",
+        equal_runs=0.72,
         lost_before=np.ones(24),
         favoured=True,
         **kept_tables(0, 0),
     )
     obstacles = [
         ({}, "problem not posed: 3 of the first 40"),
-        ({"not_posed": ""}, "floor"),
+        ({"not_posed": ""}, "equal runs: the compared trackers have equal boxes in 72 % of the"),
+        ({"equal_runs": 0.5}, "floor"),
         ({"kept_first": pd.DataFrame()}, "lost before the event in 24 of 24 scenes"),
         ({"lost_before": np.zeros(0)}, "a criterion of the scenes uses this result"),
     ]
@@ -245,6 +249,13 @@ def test_claim_without_runs_is_inconclusive():
         verdict = judge(claim(test=test, margin=0.1, **sides), Evidence())
         assert verdict.verdict == "inconclusive"
         assert isnan(verdict.statistic)
+
+
+def test_row_shows_the_unit_of_the_claim():
+    with_unit = ORDER.model_copy(update={"unit": "of the visible frames"})
+    row = judge_row(with_unit, dict.fromkeys(SETTINGS, BETTER))
+    estimate = verdict_table([row]).rows[0][3].text
+    assert re.fullmatch(r"0\.\d+ \[.*\] of the visible frames, 36 scenes", estimate)
 
 
 def test_row_shows_both_settings_with_reason_and_notes():
