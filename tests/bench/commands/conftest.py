@@ -10,8 +10,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from trackmark.bench.external import isolated
-from trackmark.bench.external.idle_processes import close_idle_processes
+from trackmark.bench.external import close_idle_processes, isolated
 from trackmark.bench.external.isolated_worker import IsolatedTrackers
 from trackmark.bench.external.worker import convert
 from trackmark.bench.external.worker_process import WorkerProcess
@@ -76,9 +75,11 @@ class InProcessWorker(WorkerProcess):
         self._operations = IsolatedTrackers(self._frames)
         self._operations.copies = SimpleNamespace(end=lambda: None)
         self.is_usable = True
+        self.n_requests = 0
         self.process = SimpleNamespace(poll=lambda: None)
 
     def ask(self, seconds, operation, **arguments):
+        self.n_requests += 1
         arguments = json.loads(json.dumps(arguments, default=int))
         self._frames.seek(0)
         reply = self._operations.perform(operation, **arguments)
