@@ -3,8 +3,9 @@
 import ast
 import importlib
 import os
+import shlex
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,12 @@ import click
 
 from trackmark.bench.commands import EXIT_INTERRUPTED, EXIT_WRONG_INPUT
 from trackmark.bench.commands._progress import command_messages
-from trackmark.bench.commands._terminal import interruptible, print_error, safe_streams
+from trackmark.bench.commands._terminal import (
+    COMMAND,
+    interruptible,
+    print_error,
+    safe_streams,
+)
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
 
@@ -95,7 +101,8 @@ def _invoke(arguments: Sequence[str] | None) -> int:
         error.show()
         return error.exit_code
     except (ImportError, MachineError, OSError, RuntimeError, ValueError) as error:
-        message = _message_of_environment(error) or _message_of(error)
+        message = _message_of_environment(error) or _message_of_unusable(error, arguments)
+        message = message or _message_of(error)
         if message is None:
             raise
         print_error(message)
@@ -113,6 +120,59 @@ def _message_of_environment(error: Exception) -> str | None:
         value = os.environ.get("NUMBA_NUM_THREADS")
         return f"NUMBA_NUM_THREADS is {value!r}. Expected: 1 or more."
     return None
+
+
+def _message_of_unusable(error: Exception, arguments: Sequence[str] | None) -> str | None:
+    """Return the message on unusable trackers and sequences, with the command without them."""
+    from trackmark.bench.experiments.tracker_spec import UnusableTrackersError
+    from trackmark.datasets.interface import UnusableSequencesError
+
+    if not isinstance(error, UnusableTrackersError | UnusableSequencesError):
+        return None
+    trackers: Collection[str] = ()
+    sequences: UnusableSequencesError | None
+    if isinstance(error, UnusableTrackersError):
+        trackers, sequences = error.errors, error.sequences
+    else:
+        sequences = error
+    typed = sys.argv[1:] if arguments is None else arguments
+    command = _command_without(typed, trackers, sequences.errors if sequences else ())
+    if command is None or not error.remedy:
+        return str(error)
+    return f"{error.problem}\nTo go on without the above:\n{COMMAND}{shlex.join(command)}"
+
+
+def _command_without(
+    typed: Sequence[str], trackers: Collection[str], sequences: Collection[str]
+) -> list[str] | None:
+    """Return the typed arguments without trackers and sequences.
+
+    Sequences that a pattern selects are excluded with `!NAME`. The result is None if a tracker or
+    the sequences are not among the arguments, or if nothing would remain of one of them.
+    """
+    found, remaining, option = set[str](), list[str](), ""
+    excluded = {f"!{name.rstrip('/').rpartition('/')[2]}": name for name in sequences}
+    for token in typed:
+        start, value = "", token
+        if token.startswith("--"):
+            option, sign, value = token.partition("=")
+            start = f"{option}{sign}"
+        if token == option:
+            remaining.append(token)
+            continue
+        items = [item.strip() for item in value.split(",")]
+        unusable = sequences if option == "--sequences" else trackers
+        kept = [item for item in items if item not in unusable]
+        found |= {*items} & {*unusable}
+        if option == "--sequences":
+            kept += [mark for mark, name in excluded.items() if name not in items]
+            found |= {*sequences}
+        if kept:
+            remaining.append(token if kept == items else f"{start}{','.join(kept)}")
+        elif option:
+            return None
+        option = ""
+    return remaining if found == {*trackers, *sequences} else None
 
 
 def _check_completion() -> None:

@@ -50,12 +50,12 @@ class _NumbaFinder:
         if spec is not None and spec.loader is not None:
             execute = spec.loader.exec_module
 
-            def attended(module: ModuleType) -> None:
+            def execute_and_prepare(module: ModuleType) -> None:
                 execute(module)
                 _register_callback(self._on_compile)
                 _lock_cache()
 
-            spec.loader.exec_module = attended  # type: ignore[method-assign]  # patches this instance
+            spec.loader.exec_module = execute_and_prepare  # type: ignore[method-assign]  # patches this instance
         return spec
 
 
@@ -73,24 +73,26 @@ def _register_callback(on_compile: Callable[[], None]) -> None:
 
 
 def _lock_cache() -> None:
-    """Make Numba lock a function's cache, so that one process at a time reads or writes it.
+    """Make Numba lock the cache of a kernel while one process looks it up, compiles and stores it.
 
-    Numba writes the index of compiled kernels before their files. Without the lock, another process
-    could read an older kernel, or one for other types, in between.
+    Workers start with the same kernels at the same time. Without the lock, each would compile all
+    of them. One could also read an older kernel, or one for other types, because Numba writes the
+    index of compiled kernels before their files.
     """
-    from numba.core.caching import IndexDataCacheFile
+    from numba.core.compiler_lock import global_compiler_lock
+    from numba.core.dispatcher import Dispatcher
 
-    for name in ("load", "save"):
-        setattr(IndexDataCacheFile, name, _locked(getattr(IndexDataCacheFile, name)))
+    compile_or_load = Dispatcher.compile
 
+    @wraps(compile_or_load)
+    def compile_alone(kernel: Any, *arguments: Any) -> Any:
+        # Threads take Numba's own lock first, so that none waits for a file that another holds.
+        with global_compiler_lock, ExitStack() as lock:
+            file = getattr(kernel._cache, "_cache_file", None)
+            if file is not None:
+                with suppress(OSError):  # a read-only folder has no writers
+                    locked = lock.enter_context(Path(f"{file._index_path}.lock").open("ab"))
+                    lock_file(locked.fileno())
+            return compile_or_load(kernel, *arguments)
 
-def _locked(call: Callable[..., Any]) -> Callable[..., Any]:
-    @wraps(call)
-    def alone(cache: Any, *arguments: Any) -> Any:
-        with ExitStack() as lock:
-            with suppress(OSError):  # a read-only folder has no writers
-                file = lock.enter_context(Path(f"{cache._index_path}.lock").open("ab"))
-                lock_file(file.fileno())
-            return call(cache, *arguments)
-
-    return alone
+    Dispatcher.compile = compile_alone  # type: ignore[method-assign,assignment]  # Numba's

@@ -1,16 +1,21 @@
 """Features of operating systems, each with a fallback for systems without it.
 
 Everything that trackmark needs to work is in the standard library for all systems. The functions
-here improve on that: they limit memory, end processes reliably, and lock files.
+here improve on that: they limit memory, end processes with all their descendants, and lock files.
 """
 
 import ctypes
 import os
+import platform
 import signal
 import subprocess
 import sys
+import uuid
+from collections.abc import Iterable, Mapping, Sequence
 from contextlib import suppress
+from functools import cache
 from pathlib import Path
+from typing import Any
 
 try:
     import fcntl
@@ -21,7 +26,16 @@ except ImportError:  # Windows
 _CONTROL_GROUP = Path("/sys/fs/cgroup/memory.max")
 _DEATH_SIGNAL = 1  # Linux: PR_SET_PDEATHSIG
 _SUBREAPER = 36  # Linux: PR_SET_CHILD_SUBREAPER
+_KILL = getattr(signal, "SIGKILL", signal.SIGTERM)
 _END_SECONDS = 10.0
+
+_MARK = "TRACKMARK_CHILD"
+_HOME = str(Path(__file__).parents[2])  # folder of the package `trackmark`
+# Import this installation, not another one that is earlier in the path.
+_CODE = (
+    "import sys; home = sys.argv.pop(1); home in sys.path or sys.path.insert(0, home); "
+    "from {module} import main; main()"
+)
 
 
 def working_directory() -> str:
@@ -30,6 +44,23 @@ def working_directory() -> str:
         return os.getcwd()  # noqa: PTH109  # called for each frame: a Path takes longer
     except FileNotFoundError:
         return ""
+
+
+@cache
+def machine_name() -> str:
+    """Return processor and number of cores of this machine: `AMD EPYC 7B13, 2 cores`."""
+    cores = os.cpu_count() or 1
+    return f"{_processor()}, {cores} core{'s' * (cores > 1)}"
+
+
+def _processor() -> str:
+    """Return the model of the processor, or else its architecture."""
+    try:
+        lines = Path("/proc/cpuinfo").read_text("utf-8", "replace").splitlines()
+    except OSError:  # not Linux
+        lines = []
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return " ".join(next(filter(None, models), platform.processor() or platform.machine()).split())
 
 
 def machine_memory() -> int:
@@ -86,32 +117,63 @@ def end_with_parent(parent: int) -> None:
     """
     if sys.platform == "linux":
         # Orphaned processes of a tracker remain descendants of this process, and are ended with it.
-        kill = getattr(signal, "SIGKILL", signal.SIGTERM)
-        for option, value in ((_DEATH_SIGNAL, kill), (_SUBREAPER, 1)):
+        for option, value in ((_DEATH_SIGNAL, _KILL), (_SUBREAPER, 1)):
             ctypes.CDLL(None).prctl(option, value)
         if os.getppid() != parent:  # the parent has ended in the meantime
             os._exit(1)
 
 
-def kill_process_tree(process: "subprocess.Popen[bytes]", mark: str) -> None:
-    """Kill a process and all that it has started; `mark` is a variable of their environment.
+def in_child() -> bool:
+    """Return whether trackmark has started this process, directly or indirectly."""
+    return any(name.startswith(f"{_MARK}_") for name in os.environ)
 
-    Where descendants cannot be found, they end when their pipes to the process close.
+
+class ProcessTree:
+    """Process of a command, in its own session; `process` is an object of `subprocess.Popen`.
+
+    `environment` is added to the environment of this process. `options` are further arguments of
+    `subprocess.Popen`.
     """
-    if hasattr(signal, "SIGSTOP"):
-        process.send_signal(signal.SIGSTOP)  # a stopped process cannot start others
-    kill = getattr(signal, "SIGKILL", signal.SIGTERM)
-    for descendant in _descendants(process.pid, mark):
-        with suppress(ProcessLookupError):
-            os.kill(descendant, kill)
-    with suppress(ProcessLookupError, PermissionError):  # the process or session has ended
-        if hasattr(os, "killpg"):
-            os.killpg(process.pid, kill)
-        process.send_signal(kill)
-        if hasattr(signal, "SIGCONT"):
-            process.send_signal(signal.SIGCONT)  # a stopped process does not handle SIGTERM
-    with suppress(subprocess.TimeoutExpired):  # waits for a lost disk
-        process.wait(_END_SECONDS)
+
+    def __init__(
+        self, command: Sequence[str], environment: Mapping[str, str] | None = None, **options: Any
+    ) -> None:
+        # Each tree has its own variable, so that nested trees do not hide one another.
+        self._mark = f"{_MARK}_{uuid.uuid4().hex}"
+        self.process: subprocess.Popen[bytes] = subprocess.Popen(  # noqa: S603  # by the user
+            command,
+            env={**os.environ, **(environment or {}), self._mark: "1"},
+            # In its own session, the process does not receive signals for this command.
+            start_new_session=True,
+            **options,
+        )
+
+    @classmethod
+    def run_module(cls, module: str, arguments: Iterable[object], **options: Any) -> "ProcessTree":
+        """Call `main` of a module in a new process, with `arguments` in `sys.argv`."""
+        code = _CODE.format(module=module)
+        command = [sys.executable, "-P", "-c", code, _HOME, *map(str, arguments)]
+        return cls(command, **options)
+
+    def end(self) -> None:
+        """Kill the process and all processes that it has started.
+
+        Where descendants cannot be found, they end when their pipes to the process close.
+        """
+        process = self.process
+        if hasattr(signal, "SIGSTOP"):
+            process.send_signal(signal.SIGSTOP)  # a stopped process cannot start others
+        for descendant in _descendants(process.pid, self._mark):
+            with suppress(ProcessLookupError):
+                os.kill(descendant, _KILL)
+        with suppress(ProcessLookupError, PermissionError):  # the process or session has ended
+            if hasattr(os, "killpg"):
+                os.killpg(process.pid, _KILL)
+            process.send_signal(_KILL)
+            if hasattr(signal, "SIGCONT"):
+                process.send_signal(signal.SIGCONT)  # a stopped process does not handle SIGTERM
+        with suppress(subprocess.TimeoutExpired):  # waits for a lost disk
+            process.wait(_END_SECONDS)
 
 
 def _descendants(parent: int, mark: str) -> list[int]:

@@ -14,7 +14,7 @@ from trackmark.bench.temporary_paths import temporary_folder
 _MAX_NAME_LENGTH = 200  # bytes, up to four per character; file systems allow 255
 
 
-def write_file(path: Path, content: str | bytes | Callable[[Path], object]) -> Path:
+def write_file(path: Path, output: str | bytes | Callable[[Path], object]) -> Path:
     """Write text, bytes, or what a function writes to the file that it gets; return `path`.
 
     A file is replaced atomically: after an error, an interrupt or a power failure it has the old or
@@ -26,7 +26,7 @@ def write_file(path: Path, content: str | bytes | Callable[[Path], object]) -> P
     OSError
         If the file cannot be written. `filename` is `path`.
     """
-    write = content if callable(content) else partial(_write, content)
+    write = output if callable(output) else partial(_write, output)
     try:
         try:
             status = path.stat()
@@ -42,8 +42,8 @@ def write_file(path: Path, content: str | bytes | Callable[[Path], object]) -> P
     return path
 
 
-def _write(content: str | bytes, file: Path) -> None:
-    file.write_bytes(content if isinstance(content, bytes) else content.encode())
+def _write(output: str | bytes, file: Path) -> None:
+    file.write_bytes(output if isinstance(output, bytes) else output.encode())
 
 
 def _replace(

@@ -36,7 +36,8 @@ class SequenceError(ValueError):
 class UnusableSequencesError(SequenceError):
     """Error for all sequences of a command that cannot be used.
 
-    If there are other sequences, the message says how to go on without these.
+    If there are other sequences, the message says how to go on without these. `remedy` is this
+    sentence, and `problem` the message without it.
 
     Parameters
     ----------
@@ -55,11 +56,12 @@ class UnusableSequencesError(SequenceError):
         lines = list(errors.values())
         if len(errors) > 1:
             lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
+        self.problem, self.remedy = "\n".join(lines), ""
         if len(errors) < n_sequences:
             names = ",".join(f"!{name.rstrip('/').rpartition('/')[2]}" for name in errors)
             them = "it" if len(errors) == 1 else "them"
-            lines.append(f"To go on without {them}, add {names} to the sequences.")
-        super().__init__("\n".join(lines))
+            self.remedy = f"To go on without {them}, add {names} to the sequences."
+        super().__init__("\n".join(filter(None, (self.problem, self.remedy))))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.errors, self.n_sequences, self.usable)

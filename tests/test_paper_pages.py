@@ -19,7 +19,7 @@ PAPERS = pytest.mark.parametrize("paper", paper_names())
 
 MAX_WORDS = 1500
 MAX_FILE, MAX_FILES = 150_000, 1_200_000  # bytes of a picture, and of all pictures
-NUMBER = r"(?:≥ )?\d+(?:\.\d)?|none|—"
+NUMBER = r"(?:≤ )?\d+(?:\.\d)?|none|—"
 CELL = re.compile(rf"(?:{NUMBER})(?: / (?:{NUMBER}))*(?: of \d+)?")
 
 

@@ -31,7 +31,6 @@ from trackmark.bench.papers.development import (
     Candidate,
     Development,
     Variant,
-    n_scenes,
     read_development,
     registered_names,
     together,
@@ -97,9 +96,9 @@ def planned_runs(
         for variant in variants(paper, development, tracker):
             spec = _common_spec(variant.spec(tracker), specs)
             for sequence in runs.sequences:
-                for scene in scene_specs(sequence, n_scenes(development, variant)):
+                for scene in scene_specs(sequence, variant.n_scenes):
                     yield VariantRun("scenes", sequence.name, scene, tracker, variant, spec)
-            if variant.kind in ("alone", "choice") or not runs.recordings:
+            if not variant.on_recordings or not runs.recordings:
                 continue
             spec = _common_spec(variant.spec(on_boxes), specs)
             for name, path in paths.items():
@@ -130,7 +129,7 @@ def execute(planned: list[VariantRun], paper: Paper, root: Path, jobs: int) -> P
         for _ in execution.rows():
             pass
         execution.raise_errors()
-        keys[experiment.name] = execution.plan.requested_runs().versions
+        keys[experiment.name] = execution.plan.requested
     return PaperRuns(root, keys, paper.frame_rules)
 
 
@@ -138,11 +137,13 @@ def measured_values(planned: list[VariantRun], runs: PaperRuns, measure: Measure
     """Return one row per run: columns of `UNIT`, registered name, tracker, variant, value."""
     rows = []
     for run in planned:
-        (measured,) = runs.measured_runs(run.spec, run.unit)
+        measured = runs.measured_run(run.spec, run.unit)
+        assert measured is not None
         if run.data == "scenes":
             value = measure(measured)
         else:
-            value = mean_overlap(measured.in_trajectory("online"))
+            rules = replace(measured.rules, trajectory="online")
+            value = mean_overlap(replace(measured, rules=rules))
         tracker = run.tracker
         rows.append(
             {

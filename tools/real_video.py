@@ -108,10 +108,11 @@ def measure(folder: Path, root: Path, jobs: int) -> pd.DataFrame:
     run = partial(tm.run, metrics="otb", jobs=jobs)
     recorded = run(list(TRACKERS), find_sequences(folder), root / "recorded")
     scenes = run(list(SCENE_TRACKERS), list(SCENES), root / "scenes")
-    return pd.concat(
+    rows = pd.concat(
         [score_rows(recorded, TRACKERS, SEQUENCES), score_rows(scenes, SCENE_TRACKERS, SCENES)],
         ignore_index=True,
     )
+    return rows.assign(parameters=rows["parameters"].mask(rows["tracker"].duplicated()))
 
 
 def score_rows(runs: tm.Runs, trackers: Sequence[str], sequences: Sequence[str]) -> pd.DataFrame:
@@ -119,11 +120,12 @@ def score_rows(runs: tm.Runs, trackers: Sequence[str], sequences: Sequence[str])
     scored = runs.scored()
     scored = scored[scored["status"].isin(["finished", "failed"])]
     rows = []
+    states = {tracker: tracker_state(tracker) for tracker in trackers}
     for tracker, sequence in product(trackers, sequences):
         (run,) = scored[(scored["tracker"] == tracker) & (scored["sequence"] == sequence)].to_dict(
             "records"
         )
-        version, parameters = tracker_state(tracker)
+        version, parameters = states[tracker]
         rows.append(
             {
                 "data": sequence.rpartition("/")[0] or OTB,

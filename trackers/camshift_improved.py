@@ -94,4 +94,4 @@ class CamShiftImproved(SharingTracker):
 
     def maps(self, image: Image) -> Mapping[str, NDArray[np.float64]]:
         """Return the joint map of colour and motion; see `WeightMapTracker.maps`."""
-        return {"joint map": self._joint.whole()}
+        return {"joint map": self._joint.full_map()}

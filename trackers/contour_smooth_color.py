@@ -10,7 +10,6 @@ from trackmark.trackers.base.parameters import bounded, choice, chosen
 from trackmark.trackers.contours import plane_cue, segmenter
 from trackmark.trackers.contours.chain import Chain, Hypotheses
 from trackmark.trackers.contours.colour_cue import N_EM_STEPS, MixtureEvaluator, RefittedColours
-from trackmark.trackers.contours.observation import Observation
 
 __all__ = ["ContourSmoothColor"]
 
@@ -74,7 +73,7 @@ class ContourSmoothColor(segmenter.Segmenter):
     }
     Parameters = ContourSmoothColorParameters
 
-    def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
+    def chain_from(self, start: segmenter.ChainStart) -> Chain:
         """See `Segmenter.chain_from`."""
         parameters: ContourSmoothColorParameters = self.parameters
         palettes = MixtureEvaluator(parameters.object_components, parameters.weights, 1.0)

@@ -8,10 +8,11 @@ from numpy.typing import NDArray
 
 from trackmark.trackers.base.interface import Box, Estimate, Image, Mask
 from trackmark.trackers.base.kalman import ConstantVelocity
-from trackmark.trackers.base.parameters import chosen, fraction, positive, printed
+from trackmark.trackers.base.parameters import chosen, fraction, positive
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.histograms.mean_shift import (
     CHOICES,
+    RECALLED,
     Location,
     MeanShiftParameters,
     TargetEllipse,
@@ -26,7 +27,7 @@ class MeanShiftKalmanParameters(MeanShiftParameters):
     acceleration_noise: float = positive(
         5.0,
         "standard deviation of the target's acceleration [pixels/frame²]",
-        origin=printed("PAMI 2003: hand sequence"),
+        origin=chosen(f"{RECALLED} hand sequence"),
     )
     least_coefficient: float = fraction(
         0.0,

@@ -228,7 +228,7 @@ class Moreno2005(segmenter.Segmenter):
     }
     Parameters = Moreno2005Parameters
 
-    def chain_from(self, start: segmenter.ChainStart) -> Chain[Observation]:
+    def chain_from(self, start: segmenter.ChainStart) -> Chain:
         """See `Segmenter.chain_from`."""
         parameters: Moreno2005Parameters = self.parameters
         self.planes = PlaneCue(

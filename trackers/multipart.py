@@ -271,12 +271,12 @@ class Multipart(SharingTracker):
         regions = self._regions(frame, self._states, self._n_parts)
         counts = count_regions(frame, regions, self._colours, self._bins)
         total = np.zeros(len(self._states))
-        for part, reference in enumerate(self._reference):
+        for part_index, reference in enumerate(self._reference):
             total += bhattacharyya_distances(
-                counts[part],
-                regions.pixels[part] * self._colours.votes_a_pixel,
+                counts[part_index],
+                regions.pixels[part_index] * self._colours.votes_a_pixel,
                 reference,
-                self._reference_totals[part],
+                self._reference_totals[part_index],
             )
         return total / self._n_parts, regions.pixels.sum(axis=0)
 

@@ -1,11 +1,12 @@
 """OpenCV's DaSiamRPN: a Siamese region proposal network; the user supplies its models."""
 
+from pydantic import Field
+
 from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelFileParameters,
     ModelFileTracker,
     find_factory,
-    model_file,
 )
 
 __all__ = ["DaSiamRPN"]
@@ -16,9 +17,9 @@ SOURCE = "named in OpenCV's sample of DaSiamRPN, not included in trackmark [path
 class DaSiamRPNParameters(ModelFileParameters):
     """Parameters of `DaSiamRPN`."""
 
-    model: ModelFile = model_file(f"ONNX file of DaSiamRPN's network, {SOURCE}")
-    kernel_cls1: ModelFile = model_file(f"ONNX file of the classification kernel, {SOURCE}")
-    kernel_r1: ModelFile = model_file(f"ONNX file of the regression kernel, {SOURCE}")
+    model: ModelFile = Field(description=f"ONNX file of DaSiamRPN's network, {SOURCE}")
+    kernel_cls1: ModelFile = Field(description=f"ONNX file of the classification kernel, {SOURCE}")
+    kernel_r1: ModelFile = Field(description=f"ONNX file of the regression kernel, {SOURCE}")
 
 
 class DaSiamRPN(ModelFileTracker):

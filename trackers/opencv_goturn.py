@@ -2,12 +2,13 @@
 
 from typing import Any
 
+from pydantic import Field
+
 from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelFileParameters,
     ModelFileTracker,
     find_factory,
-    model_file,
 )
 
 __all__ = ["GOTURN"]
@@ -18,8 +19,8 @@ SOURCE = "named in OpenCV's sample of GOTURN, not included in trackmark [path]"
 class GOTURNParameters(ModelFileParameters):
     """Parameters of `GOTURN`."""
 
-    network: ModelFile = model_file(f"Caffe's description of GOTURN's network, {SOURCE}")
-    weights: ModelFile = model_file(f"Caffe file of the network's weights, {SOURCE}")
+    network: ModelFile = Field(description=f"Caffe's description of GOTURN's network, {SOURCE}")
+    weights: ModelFile = Field(description=f"Caffe file of the network's weights, {SOURCE}")
 
 
 class GOTURN(ModelFileTracker):

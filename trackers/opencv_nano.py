@@ -1,11 +1,12 @@
 """OpenCV's NanoTrack: a light Siamese network; the user supplies its models."""
 
+from pydantic import Field
+
 from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelFileParameters,
     ModelFileTracker,
     find_factory,
-    model_file,
 )
 
 __all__ = ["Nano"]
@@ -16,8 +17,8 @@ SOURCE = "published by the NanoTrack project, not included in trackmark [path]"
 class NanoParameters(ModelFileParameters):
     """Parameters of `Nano`."""
 
-    backbone: ModelFile = model_file(f"ONNX file of NanoTrack's features, {SOURCE}")
-    neckhead: ModelFile = model_file(f"ONNX file of NanoTrack's comparison, {SOURCE}")
+    backbone: ModelFile = Field(description=f"ONNX file of NanoTrack's features, {SOURCE}")
+    neckhead: ModelFile = Field(description=f"ONNX file of NanoTrack's comparison, {SOURCE}")
 
 
 class Nano(ModelFileTracker):

@@ -1,11 +1,12 @@
 """OpenCV's VitTrack: a light vision transformer; the user supplies its model."""
 
+from pydantic import Field
+
 from trackmark.trackers.base.opencv import (
     ModelFile,
     ModelFileParameters,
     ModelFileTracker,
     find_factory,
-    model_file,
 )
 from trackmark.trackers.base.parameters import fraction
 
@@ -15,8 +16,9 @@ __all__ = ["Vit"]
 class VitParameters(ModelFileParameters):
     """Parameters of `Vit`."""
 
-    net: ModelFile = model_file(
-        "ONNX file of VitTrack, published in OpenCV's model zoo, not included in trackmark [path]"
+    net: ModelFile = Field(
+        description="ONNX file of VitTrack, published in OpenCV's model zoo, not included in "
+        "trackmark [path]"
     )
     tracking_score_threshold: float = fraction(
         0.2, "the target counts as lost if the score is lower [score]"

@@ -27,8 +27,7 @@ from trackmark.bench.analysis.score_tables import (
     sequence_table,
     with_not_run,
 )
-from trackmark.bench.evaluation.outcomes import LATE_ESTIMATES
-from trackmark.bench.evaluation.scoring import can_score
+from trackmark.bench.evaluation.scoring import LATE_ESTIMATES, can_score
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult, mean_of_sequences
 from trackmark.bench.protocols import ONE_PASS, TIMING, ProtocolError, parse_protocol

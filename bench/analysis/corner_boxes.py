@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import overlap
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.runs import Runs
 

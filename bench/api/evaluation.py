@@ -3,6 +3,7 @@
 import sys
 import warnings
 from collections.abc import Iterator
+from contextlib import nullcontext
 from dataclasses import replace
 from numbers import Integral
 from pathlib import Path
@@ -19,15 +20,15 @@ from trackmark.bench.api.tracker_arguments import (
     tracker_specs,
     unsaved_reason,
 )
-from trackmark.bench.evaluation.loop import MAX_SEGMENT_BYTES, FrameCache, run_protocol
+from trackmark.bench.evaluation.loop import cached_frames, run_protocol
 from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.evaluation.scoring import can_score
 from trackmark.bench.evaluation.sequence_cache import are_equal, load_sequence, remember_evaluated
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
-from trackmark.bench.external.idle_processes import close_idle_processes
-from trackmark.bench.process_tree import in_child
+from trackmark.bench.external import close_idle_processes
+from trackmark.bench.operating_system import in_child
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
 from trackmark.bench.store.truth import stored_truth
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
@@ -124,7 +125,7 @@ def evaluate(
         warnings.warn(f"{error} Its runs are missing.", RuntimeWarning, stacklevel=2)
     _warn_of_drawing(runs, stochastic)
     sequences_run = [sequence for sequence, _ in opened]
-    truths = {(s.name, s.fingerprint): stored_truth(s) for s in sequences_run}
+    truths = map(stored_truth, sequences_run)
     evaluated = PrintedRuns.in_memory(_in_order([*runs, *more], specs, sequences_run), truths)
     evaluated.protocol, evaluated.metrics = protocol_key, metrics_by_name(metrics, protocol_key)
     evaluated.unsaved_reasons, evaluated.sequences = unsaved_reasons, sequences_run
@@ -303,18 +304,13 @@ def _run_trackers(
     bar: RunBar,
 ) -> list[Run]:
     """Return the runs on a sequence."""
-    passes, frames = list(_passes(planned_runs, protocol_key)), sequence.frames
-    with _one_thread:
-        if len(passes) > 1:
-            sequence.frames = FrameCache(frames, MAX_SEGMENT_BYTES)
-        try:
-            return [
-                run
-                for runs_of_pass in passes
-                for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors, bar)
-            ]
-        finally:
-            sequence.frames = frames
+    passes = list(_passes(planned_runs, protocol_key))
+    with _one_thread, cached_frames(sequence) if len(passes) > 1 else nullcontext():
+        return [
+            run
+            for runs_of_pass in passes
+            for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors, bar)
+        ]
 
 
 def _run_pass(

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 
 from tqdm import tqdm
 
-from trackmark.bench.evaluation.loop import Observer
+from trackmark.bench.evaluation.recorder import Observer
 from trackmark.datasets import Sequence
 
 
@@ -42,7 +42,7 @@ class RunBar(Observer):
         yield
         self._done += n_runs
 
-    def on_frame_read(self, frame: int) -> None:
+    def on_frame(self, frame: int, n_done: int) -> None:
         """Show the frame. A protocol can read a frame several times."""
         if self._bar.disable or self._sequence is None:
             return

@@ -25,9 +25,8 @@ from trackmark.bench.analysis.score_tables import mean_table, sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
 from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
-from trackmark.bench.store.truth import pack_truth
 from trackmark.reports.printable import wrap
 from trackmark.reports.renderers import terminal_lines, to_html
 from trackmark.reports.tables import Table
@@ -111,9 +110,8 @@ class PrintedRuns(Runs):
         if (folder / FILE_NAME).exists():
             raise ResultsError(f"{folder} already contains results. Choose another folder.")
         store = RunStore(folder)
-        store.add_requests(RequestedRuns(folder.name, self.requested))
-        truths = [pack_truth(fingerprint, truth) for (_, fingerprint), truth in self.truths.items()]
-        store.add_all([(run, "") for run in self.values()], truths)
+        store.add_requests(self.requested, folder.name)
+        store.add_all([(run, "") for run in self.values()], self.truths.values())
         return folder
 
     def __str__(self) -> str:

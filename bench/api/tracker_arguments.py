@@ -14,7 +14,12 @@ from weakref import WeakValueDictionary
 import numpy as np
 
 from trackmark import IMPORT_TIME
-from trackmark.bench.experiments.tracker_spec import TrackerSpec, parse_tracker, source_file
+from trackmark.bench.experiments.tracker_spec import (
+    TrackerSpec,
+    parse_tracker,
+    source_file,
+    tracker_version,
+)
 from trackmark.bench.external.isolated import IsolatedFactory
 from trackmark.trackers import Randomness, Tracker, TrackerError
 from trackmark.trackers.base.catalogue import (
@@ -178,16 +183,17 @@ def _resolve(tracker: Any, name: str, repetitions: int) -> TrackerSpec:
     if file is not None and not _defines(file, own_name):
         file = None
     specification = resolve_plugin(plugin, file or Path(), label, {})
+    # As in a specification of the file: both get the same random numbers.
+    spec_name = declared or (f"{file.name}:{own_name}" if file else own_name)
     return TrackerSpec(
         label=label,
-        # As in a specification of the file: both get the same random numbers.
-        name=declared or (f"{file.name}:{own_name}" if file else own_name),
+        name=spec_name,
         preset=specification.preset,
         parameters=specification.parameters.model_dump(),
         randomness=Randomness(getattr(tracker_class, "randomness", plugin.randomness)),
         make=specification.create,
         file=file,
-        class_name=own_name,
+        version=tracker_version(spec_name, file, own_name),
     )
 
 

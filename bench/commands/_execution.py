@@ -40,7 +40,10 @@ def plan_experiment(
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
             progress=opened,
-            **options.execution_arguments,
+            jobs=options.jobs,
+            backend=options.backend,
+            address=options.address,
+            limits=options.limits,
         )
 
 
@@ -76,10 +79,9 @@ def execute_runs(
                 on_row(row)
     except KeyboardInterrupt:
         if not temporary:
-            from trackmark.bench.store.run_rows import list_runs
-            from trackmark.bench.store.run_store import RunStore
+            from trackmark.bench.store.runs import list_runs
 
-            _, message = progress_since(execution, list_runs(RunStore(execution.folder)))
+            _, message = progress_since(execution, list_runs(execution.folder))
             print_message(f"Stopped: {message} The same command continues from there.")
         raise click.Abort from None  # click prints an empty line for KeyboardInterrupt
     if not keep_errors:

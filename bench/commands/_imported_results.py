@@ -1,28 +1,16 @@
 """Results of other toolkits that commands read together with stored runs."""
 
 from collections.abc import Sequence
-from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._options import matching_sequences, option
-from trackmark.bench.commands._progress import open_runs, print_message
+from trackmark.bench.commands._options import matching_sequences
+from trackmark.bench.commands._progress import print_message
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
     from trackmark.bench.store.runs import Runs
-
-IMPORTED_ONLY = "published"
-"""Title of runs that are only imported results."""
-
-
-def imported_option() -> Any:
-    """Return the field of --results-of."""
-    return option(
-        "Results of another toolkit, as NAME=PATH or NAME=FORMAT:PATH. Repeatable.",
-        metavar="NAME=PATH",
-    )
 
 
 def parse_imported(arguments: Sequence[str]) -> "list[ImportedTracker]":
@@ -41,22 +29,10 @@ def parse_imported(arguments: Sequence[str]) -> "list[ImportedTracker]":
     return imported
 
 
-def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder: Path) -> int:
-    """Store imported results on sequences in a results folder; return the number of runs."""
-    from trackmark.bench.exchange.importing import import_results, open_sequences
-    from trackmark.bench.store.run_store import RunStore
-    from trackmark.bench.store.truth import pack_truth, stored_truth
-
-    opened = open_sequences(matching_sequences(sequences), print_message)
-    truths = [pack_truth(sequence.fingerprint, stored_truth(sequence)) for _, sequence in opened]
-    RunStore(folder).add_all([], truths)
-    n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
-    open_runs(folder)  # computes the scores
-    return n_runs
-
-
 def with_imported(runs: "Runs", imported: "Sequence[ImportedTracker]") -> "Runs":
-    """Return runs together with imported results on their sequences."""
+    """Return runs together with imported results on their sequences, if there are any."""
+    if not imported:
+        return runs
     from trackmark.bench.exchange.importing import with_imported_runs
 
     return with_imported_runs(runs, imported, print_message)
@@ -70,5 +46,4 @@ def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Run
 
     opened = open_sequences(matching_sequences(sequences), print_message)
     runs = read_runs(imported, [origin for origin, _ in opened], print_message)
-    truths = {(s.name, s.fingerprint): stored_truth(s) for _, s in opened}
-    return Runs.in_memory(runs, truths, IMPORTED_ONLY)
+    return Runs.in_memory(runs, [stored_truth(sequence) for _, sequence in opened], "published")

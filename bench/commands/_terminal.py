@@ -19,6 +19,9 @@ from trackmark.reports.printable import printable, wrap
 MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
 
+COMMAND = "  trackmark "
+"""Start of a line with a command to copy, which is neither wrapped nor shortened."""
+
 _COLOURED = re.compile(
     r"""
     (?P<good> ^PASS\b | (?:^|(?<=\ \ )) better (?=\ \ |$) )
@@ -169,14 +172,19 @@ def print_error(message: str) -> None:
 def _shortened(message: str) -> str:
     """Return a message with the middle of overlong lines removed."""
     return "".join(
-        line if len(line) <= MAX_LINE else f"{line[: MAX_LINE - 300]} … {line[-200:]}"
+        line
+        if len(line) <= MAX_LINE or line.startswith(COMMAND)
+        else f"{line[: MAX_LINE - 300]} … {line[-200:]}"
         for line in printable(message).splitlines(keepends=True)
     )
 
 
 def _in_columns(message: str) -> str:
     """Return a message in lines of the terminal's width."""
-    return wrap(_shortened(message), sys.stderr)
+    return "\n".join(
+        line if line.startswith(COMMAND) else wrap(line, sys.stderr)
+        for line in _shortened(message).split("\n")
+    )
 
 
 def _uncut(text: str) -> str:

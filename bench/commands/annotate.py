@@ -1,7 +1,6 @@
 """Write the ground truth of a video from boxes on key frames."""
 
 import re
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,11 +8,10 @@ import click
 
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
+    OUTPUT_FILE,
     Command,
-    argument,
-    option,
+    input_option,
     output_option,
-    with_options,
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import print_event, report_slow_work
@@ -31,34 +29,50 @@ STRIP_FRAMES = 24
 OPENINGS = ("Truth of", "interpolated linearly between them")  # of the comments in the file
 
 
-@dataclass(frozen=True, kw_only=True)
-class AnnotateOptions:
-    """Options of the command."""
-
-    video: Path = argument(type=click.Path(path_type=Path, exists=True))
-    boxes: tuple[str, ...] = option(
-        "Box on a key frame [pixels]; frames count from 0. Repeatable.",
-        "--box",
-        metavar="FRAME:X,Y,WIDTH,HEIGHT",
-    )
-    key_frames: Path | None = option(
-        "More key frames: CSV with frame,x,y,width,height.", type=EXISTING_FILE
-    )
-    absent: tuple[str, ...] = option(
-        "Frames without visible target, both ends included. Repeatable.", metavar="FIRST-LAST"
-    )
-    output: Path | None = output_option(
-        "Ground-truth file.  [default: the name of the video with .csv, next to the video]",
-        type=click.Path(path_type=Path, dir_okay=False),
-    )
-    draw: bool = option("Draw boxes in the browser, starting from those of an existing file.")
-    note: str | None = output_option("Comment for the head of the file: who marked what, and how.")
-    force: bool = output_option("Replace an existing file; --draw does not load its boxes.")
-
-
 @click.command("annotate", cls=Command)
-@with_options(AnnotateOptions)
-def command(options: AnnotateOptions) -> None:
+@click.argument("video", type=click.Path(path_type=Path, exists=True))
+@input_option(
+    "--box",
+    "box_options",
+    multiple=True,
+    metavar="FRAME:X,Y,WIDTH,HEIGHT",
+    help="Box on a key frame [pixels]; frames count from 0. Repeatable.",
+)
+@input_option(
+    "--key-frames",
+    type=EXISTING_FILE,
+    help="More key frames: CSV with frame,x,y,width,height.",
+)
+@input_option(
+    "--absent",
+    multiple=True,
+    metavar="FIRST-LAST",
+    help="Frames without visible target, both ends included. Repeatable.",
+)
+@output_option(
+    "--output",
+    type=OUTPUT_FILE,
+    help="Ground-truth file.  [default: the name of the video with .csv, next to the video]",
+)
+@input_option(
+    "--draw",
+    is_flag=True,
+    help="Draw boxes in the browser, starting from those of an existing file.",
+)
+@output_option("--note", help="Comment for the head of the file: who marked what, and how.")
+@output_option(
+    "--force", is_flag=True, help="Replace an existing file; --draw does not load its boxes."
+)
+def command(
+    video: Path,
+    box_options: tuple[str, ...],
+    key_frames: Path | None,
+    absent: tuple[str, ...],
+    output: Path | None,
+    draw: bool,
+    note: str | None,
+    force: bool,
+) -> None:
     """Write the ground truth of a video from boxes on key frames.
 
     VIDEO is a video file or a folder of images. Boxes between key frames are interpolated linearly;
@@ -84,28 +98,25 @@ def command(options: AnnotateOptions) -> None:
     from trackmark.datasets.annotation import check_marks
     from trackmark.reports.overlay import save_png
 
-    video = options.video
-    boxes = _marked(options.boxes, options.key_frames)
-    drawing = Drawing(boxes=boxes, absent=[_frame_range(text) for text in options.absent])
+    boxes = _marked(box_options, key_frames)
+    drawing = Drawing(boxes=boxes, absent=[*map(_frame_range, absent)])
     with report_slow_work(f"Opening {video}"):
         loaded = datasets.load(video)
     # An existing ground-truth file would hide the images after its last row.
     sequence = datasets.Sequence(loaded.name, loaded.frames, fingerprint="", fps=loaded.fps)
     default = video / "truth.csv" if video.is_dir() else video.with_suffix(".csv")
-    target = options.output or default
+    target = output or default
     height, width = sequence[0].shape[:2]
 
     def check(drawing: Drawing) -> None:
         check_marks(drawing.boxes, len(sequence), drawing.absent, (width, height))
 
     check(drawing)
-    if not options.draw:
+    if not draw:
         truth = _truth(drawing, len(sequence), (width, height))
-    _check_target(target, replace=options.force or options.draw)
-    check_outputs(
-        {"--output": target}, [path for path in (options.key_frames,) if path is not None]
-    )
-    notes = [options.note] if options.note else []
+    _check_target(target, replace=force or draw)
+    check_outputs({"--output": target}, [] if key_frames is None else [key_frames])
+    notes = [note] if note else []
 
     def save(drawing: Drawing) -> None:
         truth = _truth(drawing, len(sequence), (width, height))
@@ -117,7 +128,7 @@ def command(options: AnnotateOptions) -> None:
         ]
         write_file(target, lambda file: truth_file.write(file, truth, comments))
 
-    if options.draw:
+    if draw:
         from trackmark.bench.commands._box_picker import BoxPicker
         from trackmark.bench.commands._drawing import DrawingFiles
 
@@ -125,21 +136,21 @@ def command(options: AnnotateOptions) -> None:
         files = DrawingFiles(
             target, identity, check=check, read=lambda: _read_drawing(target), write=save
         )
-        note = files.load(drawing, replace=options.force)
-        if note:
-            print_event("note", note)
-        if target.exists() and not options.force:
+        message = files.load(drawing, replace=force)
+        if message:
+            print_event("note", message)
+        if target.exists() and not force:
             comments = re.findall("(?m)^# ?(.*)", truth_file.read_text(target))
-            notes = notes or [text for text in comments if not text.startswith(OPENINGS)]
-        with BoxPicker(sequence, files, note) as picker:
+            notes = notes or [line for line in comments if not line.startswith(OPENINGS)]
+        with BoxPicker(sequence, files, message) as picker:
             drawing = picker.run()
         truth = _truth(drawing, len(sequence), (width, height))
     strip = target.with_name(f"{target.stem}-check.png")
     if target.resolve().parent == video.resolve():  # there, a picture would be read as a frame
         strip = video.resolve().with_name(f"{video.resolve().name}-check.png")
     picture = _check_strip(sequence, truth, f"{strip.stem}: check that every box fits")
-    if not options.draw:
-        _check_target(target, replace=options.force)  # another program can have written it
+    if not draw:
+        _check_target(target, replace=force)  # another program can have written it
         save(drawing)
     write_file(strip, lambda file: save_png(file, picture))
     sources = list(truth.sources or ())

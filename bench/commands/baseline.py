@@ -1,6 +1,5 @@
 """Store scores of trackers as a baseline for `trackmark check`."""
 
-from dataclasses import dataclass
 from statistics import fmean
 from typing import TYPE_CHECKING
 
@@ -9,15 +8,16 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._baseline_runs import BaselineRunner, check_scores
 from trackmark.bench.commands._options import (
+    SPECIFICATION,
     Command,
     ExecutionOptions,
     FiniteRange,
-    argument,
+    IntegerRange,
+    execution_options,
+    input_option,
     matching_sequences,
-    option,
     output_option,
     split_list,
-    with_options,
 )
 from trackmark.bench.commands._output_files import check_outputs, input_files
 from trackmark.bench.experiments.experiment import Experiment
@@ -39,33 +39,45 @@ DEFAULT_DETECTABLE_DROP = 0.05
 """Drop of the mean overlap on one sequence that `check` must detect."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class BaselineOptions(ExecutionOptions):
-    """Options of the command."""
-
-    name: str = argument()
-    trackers: str = option("Comma-separated trackers, as for `run`.", metavar="TRACKERS")
-    sequences: str = option(
-        "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
-    )
-    repetitions: int = option(
-        "Number of repetitions of stochastic trackers.",
-        metavar="INTEGER",
-        default=DEFAULT_REPETITIONS,
-        type=click.IntRange(6, 10_000),
-    )
-    detectable_drop: float = option(
-        "Drop of the mean overlap on one sequence that a check must detect.",
-        metavar="FLOAT",
-        default=DEFAULT_DETECTABLE_DROP,
-        type=FiniteRange(0, 1, min_open=True),
-    )
-    force: bool = output_option("Replace an existing baseline.")
-
-
 @click.command("baseline", cls=Command)
-@with_options(BaselineOptions)
-def command(options: BaselineOptions) -> int:
+@click.argument("name", type=SPECIFICATION)
+@input_option(
+    "--trackers",
+    required=True,
+    metavar="TRACKERS",
+    type=SPECIFICATION,
+    help="Comma-separated trackers, as for `run`.",
+)
+@input_option(
+    "--sequences",
+    required=True,
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    help="Comma-separated names, paths or patterns, as for `run`.",
+)
+@input_option(
+    "--repetitions",
+    type=IntegerRange(6, 10_000),
+    default=DEFAULT_REPETITIONS,
+    help="Number of repetitions of stochastic trackers.",
+)
+@input_option(
+    "--detectable-drop",
+    type=FiniteRange(0, 1, min_open=True),
+    default=DEFAULT_DETECTABLE_DROP,
+    help="Drop of the mean overlap on one sequence that a check must detect.",
+)
+@output_option("--force", is_flag=True, help="Replace an existing baseline.")
+@execution_options
+def command(
+    name: str,
+    trackers: str,
+    sequences: str,
+    repetitions: int,
+    detectable_drop: float,
+    force: bool,
+    options: ExecutionOptions,
+) -> int:
     """Store scores of trackers as a baseline for `trackmark check`.
 
     The command writes baselines/NAME.toml, or NAME itself if it ends in .toml. Commit this small
@@ -88,28 +100,28 @@ def command(options: BaselineOptions) -> int:
     )
     from trackmark.bench.store.run_store import RunStore
 
-    name, path = options.name, baseline_path(options.name)
-    if path.exists() and not options.force:
+    path = baseline_path(name)
+    if path.exists() and not force:
         raise click.UsageError(
             f"{path} exists. `trackmark check {name} --accept TRACKER` replaces the scores of one "
             "tracker; --force replaces the file with its list of accepted changes."
         )
     experiment = f"baseline-{path.stem}"
-    trackers = split_list(options.trackers)
-    sequences = matching_sequences(options.sequences, trackers=trackers)
-    check_outputs({"NAME": path}, input_files(trackers, sequences))
-    requested = Experiment(experiment, tuple(trackers), sequences)
+    listed = split_list(trackers)
+    selected = matching_sequences(sequences, trackers=listed)
+    check_outputs({"NAME": path}, input_files(listed, selected))
+    requested = Experiment(experiment, tuple(listed), selected)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
     plan = make_plan(requested, RunStore(options.results_root / experiment), {})
     specs = {tracker.label: spec for spec, tracker in plan.trackers.items()}
     sources = {sequence.name: sequence.source for sequence in plan.sequences}
     runner = BaselineRunner(experiment, specs, sources, options)
     names = {label: list(sources) for label in specs}
-    scores = runner.run(names, options.repetitions)
+    scores = runner.run(names, repetitions)
     repeated = runner.repeat({label: list(sources)[:1] for label in specs})
     if not check_scores(scores, repeated, f"{path} is not written: runs failed."):
         return EXIT_NEGATIVE
-    baseline = Baseline(scores, specs, options.repetitions, options.detectable_drop, environment)
+    baseline = Baseline(scores, specs, repetitions, detectable_drop, environment)
     write_baseline(baseline, path)
     runs = sum(len(score.overlap) for row in scores.values() for score in row.values())
     click.echo(

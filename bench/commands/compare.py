@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,28 +11,32 @@ from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._imported_results import (
-    imported_option,
     imported_runs,
     parse_imported,
     with_imported,
 )
 from trackmark.bench.commands._options import (
     EXISTING_FILE,
+    PATH,
+    SPECIFICATION,
     Command,
     ExecutionOptions,
-    ScreenOptions,
-    argument,
+    FiniteRange,
+    execution_options,
+    input_option,
     layout_option,
     matching_sequences,
     metrics_option,
     name_option,
-    option,
     output_option,
     parse_published,
     protocol_option,
     published_option,
+    repetitions_option,
+    results_of_option,
+    screen_options,
     split_list,
-    with_options,
+    statistics_option,
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
@@ -50,56 +53,72 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from trackmark.bench.analysis.comparison import Comparison
-    from trackmark.bench.exchange.importing import ImportedTracker
-    from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import ScoreMeasure
 
 
-@dataclass(frozen=True, kw_only=True)
-class CompareOptions(ScreenOptions, ExecutionOptions):
-    """Options of the command."""
-
-    trackers: tuple[str, ...] = argument(nargs=-1, required=False)
-    sequences: str | None = option(
-        "Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
-        metavar="SEQUENCES",
-    )
-    layout: Path | None = layout_option()
-    results: Path | None = option("Results folder to compare.")
-    results_of: tuple[str, ...] = imported_option()
-    protocol: str | None = protocol_option()
-    published: str | None = published_option()
-    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
-    metrics: list[str] = metrics_option("Statistics")
-    metric: str | None = option(
-        f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
-        "[default: mean_overlap, or the first score of the metrics]",
-        group="Statistics",
-        metavar="NAME",
-    )
-    margin: float | None = option("Equivalence margin.", group="Statistics", minimum=0)
-    against: str | None = option(
-        "Compare only this tracker with every other tracker.", group="Statistics", metavar="NAME"
-    )
-    unit: str | None = option(
-        "Use scenes as units; results then hold for new scenes of these sequences only.",
-        group="Statistics",
-        choices=["scene"],
-    )
-    families: Path | None = option(
-        "CSV with sequence,family: sequences that count as one, such as clips of one video.",
-        group="Statistics",
-        type=EXISTING_FILE,
-    )
-    name: str | None = name_option("Name of the results folder; as in `run`.")
-    output: Path | None = output_option(
-        "Write tables, a figure and a paragraph for a paper to this folder."
-    )
-
-
 @click.command("compare", cls=Command)
-@with_options(CompareOptions)
-def command(options: CompareOptions) -> int:
+@click.argument("trackers", nargs=-1, type=SPECIFICATION)
+@input_option(
+    "--sequences",
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
+)
+@layout_option
+@input_option("--results", type=PATH, help="Results folder to compare.")
+@results_of_option
+@protocol_option
+@published_option
+@repetitions_option
+@metrics_option(group="Statistics")
+@statistics_option(
+    "--metric",
+    metavar="NAME",
+    help=f"Score to compare: {', '.join(MARGINS)} of `native`, or a column of --metrics.  "
+    "[default: mean_overlap, or the first score of the metrics]",
+)
+@statistics_option("--margin", type=FiniteRange(0), help="Equivalence margin.")
+@statistics_option(
+    "--against", metavar="NAME", help="Compare only this tracker with every other tracker."
+)
+@statistics_option(
+    "--unit",
+    type=click.Choice(["scene"]),
+    help="Use scenes as units; results then hold for new scenes of these sequences only.",
+)
+@statistics_option(
+    "--families",
+    "family_file",
+    type=EXISTING_FILE,
+    help="CSV with sequence,family: sequences that count as one, such as clips of one video.",
+)
+@name_option(help="Name of the results folder; as in `run`.")
+@output_option(
+    "--output", type=PATH, help="Write tables, a figure and a paragraph for a paper to this folder."
+)
+@execution_options
+@screen_options
+def command(
+    trackers: tuple[str, ...],
+    sequences: str | None,
+    results: Path | None,
+    results_of: tuple[str, ...],
+    protocol: str | None,
+    published: str | None,
+    repetitions: int | None,
+    metrics: list[str],
+    metric: str | None,
+    margin: float | None,
+    against: str | None,
+    unit: str | None,
+    family_file: Path | None,
+    name: str | None,
+    output: Path | None,
+    options: ExecutionOptions,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> int:
     """Compare trackers pairwise on the same sequences.
 
     Give either --sequences (missing runs are executed) or --results (stored runs are compared; all
@@ -117,71 +136,93 @@ def command(options: CompareOptions) -> int:
     """
     from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.comparison import compare_runs
+    from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
     from trackmark.bench.analysis.families import read_families
     from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.protocols import ONE_PASS, parse_protocol
     from trackmark.bench.store.keys import single_experiment
 
-    if (options.sequences is None) == (options.results is None):
+    if (sequences is None) == (results is None):
         raise click.UsageError("Give either --sequences or --results.")
-    published = parse_published(options.published)
-    if isinstance(published, Path) and published.stem.startswith("comparison"):
+    published_scores = parse_published(published)
+    if isinstance(published_scores, Path) and published_scores.stem.startswith("comparison"):
         # The tables in --output are called comparison.csv and so on.
-        written = options.output and options.output / published.name
-        check_outputs({"--output": written}, [published])
-    if options.families is not None and options.unit is not None:
+        written = output and output / published_scores.name
+        check_outputs({"--output": written}, [published_scores])
+    if family_file is not None and unit is not None:
         raise click.UsageError("Give either --families or --unit.")
-    families = None if options.families is None else read_families(options.families)
-    protocol = ONE_PASS
-    if options.protocol is not None:
-        protocol = parse_protocol(options.protocol).key
-    metrics = _metrics(options.metrics, protocol)
-    metric = options.metric
-    if isinstance(published, PublishedSet):
-        metric = metric or published.measure
-        metrics = [published.metrics] if _is_default("metrics") else metrics
-    measures = {name: _measure(name, metric, options.margin) for name in metrics}
-    imported_trackers = parse_imported(options.results_of)
-    imported = [entry.tracker for entry in imported_trackers]
-    trackers, against = _trackers(options, imported)
-    labels: list[str] | None = [label for label, _ in trackers] or None
-    must_be_named = options.sequences is not None or (trackers and options.published is None)
-    if must_be_named and len(trackers) + len(imported) < 2 - (options.published is not None):
+    families = None if family_file is None else read_families(family_file)
+    protocol_key = parse_protocol(protocol or ONE_PASS).key
+    metrics = _metrics(metrics, protocol_key)
+    if isinstance(published_scores, PublishedSet):
+        metric = metric or published_scores.measure
+        metrics = [published_scores.metrics] if _is_default("metrics") else metrics
+    measures = {metric_set: _measure(metric_set, metric, margin) for metric_set in metrics}
+    imported = parse_imported(results_of)
+    imported_labels = [entry.tracker for entry in imported]
+    specs = split_list(",".join(trackers))
+    labels = [*map(_label, specs)]
+    if against is not None and against not in imported_labels:
+        against_spec, against = against, _label(against)
+        if specs and against not in labels:
+            specs, labels = [against_spec, *specs], [against, *labels]
+    must_be_named = sequences is not None or (specs and published is None)
+    if must_be_named and len(specs) + len(imported) < 2 - (published is not None):
         raise click.UsageError("Name at least two trackers to compare.")
-    if options.results is not None:
-        runs = open_runs(single_experiment(options.results))
-        if imported_trackers:
-            runs = with_imported(runs, imported_trackers)
-        _report_older_versions(runs.table[~runs.table["tracker"].isin(imported)])
-    elif trackers:
-        runs, labels = _run(options, [spec for _, spec in trackers], imported_trackers)
+    if results is not None:
+        runs = with_imported(open_runs(single_experiment(results)), imported)
+        _report_older_versions(runs.table[~runs.table["tracker"].isin(imported_labels)])
+    elif specs:
+        experiment = Experiment(
+            name=name or default_name(specs, split_list(sequences or "")),
+            trackers=tuple(specs),
+            sequences=matching_sequences(sequences or "", trackers=specs),
+            repetitions=repetitions or Experiment.repetitions,
+            protocol=protocol or ONE_PASS,
+        )
+        execution = plan_and_execute(experiment, options)
+        print_hint(f"Runs are in {execution.folder}.")
+        labels = [spec.label for spec in execution.plan.trackers.values()]
+        runs = open_runs(execution.folder).select(execution.plan.requested)
+        runs = with_imported(runs, imported)
     else:
-        runs = imported_runs(imported_trackers, options.sequences or "")
-    if labels is not None:
-        labels = [*labels, *imported]
+        runs = imported_runs(imported, sequences or "")
+    if labels:
+        labels += imported_labels
         if set(labels) <= set(runs.table["tracker"].unique()):
             runs = runs.of_trackers(labels)  # runs of other trackers may be damaged
     compared = {}
     try:
-        for name, measure in measures.items():  # before any output: metrics can refuse the runs
+        for metric_set, measure in measures.items():  # before any output: metrics can refuse runs
             with report_slow_work("Scoring runs"):
-                compared[name] = compare_runs(
+                compared[metric_set] = compare_runs(
                     runs,
-                    name,
+                    metric_set,
                     measure,
-                    labels,
+                    labels or None,
                     against,
-                    protocol=protocol,
-                    published=published,
-                    by_scene=options.unit == "scene",
+                    protocol=protocol_key,
+                    published=published_scores,
+                    by_scene=unit == "scene",
                     families=families,
                 )
     except AllFailedError as error:
         print_message(str(error))
         return EXIT_NEGATIVE
-    status = _report(compared, options)
+    for metric_set, comparison in compared.items():
+        if as_json:
+            json_object = {"metrics": metric_set, **as_data(comparison)}
+            click.echo(json.dumps(json_object, allow_nan=False))
+        else:
+            print_result(screen_lines(comparison, verbose=verbose, quiet=quiet))
+        if output is not None:
+            folder = output / metric_set if len(compared) > 1 else output
+            print_message("\n".join(_write(comparison, folder)))
+    first = next(iter(compared.values()))
+    for label, note in first.failures.items():
+        print_message(f"{label}: {note}")
     print_corner_hints(runs)
-    return status
+    return EXIT_NEGATIVE if first.left_out else 0
 
 
 def _metrics(names: Sequence[str], protocol: str) -> list[str]:
@@ -211,22 +252,6 @@ def _measure(metrics: str, metric: str | None, margin: float | None) -> "ScoreMe
         raise click.BadParameter(str(error), param_hint="--metric") from None
 
 
-def _trackers(
-    options: CompareOptions, imported: Sequence[str]
-) -> tuple[list[tuple[str, str]], str | None]:
-    """Return label and specification of each named tracker, and the label of --against.
-
-    The tracker of --against is added to the named trackers.
-    """
-    trackers = [(_label(spec), spec) for spec in split_list(",".join(options.trackers))]
-    if options.against is None or options.against in imported:
-        return trackers, options.against
-    against = _label(options.against)
-    if trackers and against not in [label for label, _ in trackers]:
-        trackers = [(against, options.against), *trackers]
-    return trackers, against
-
-
 def _label(spec: str) -> str:
     """Return the label of a specification, which is its own label if there is no such tracker."""
     from trackmark.bench.experiments.tracker_spec import resolve_specs
@@ -236,27 +261,6 @@ def _label(spec: str) -> str:
         return resolve_specs([spec])[spec].label
     except TrackerError:
         return spec  # stored runs can be compared without the tracker
-
-
-def _run(
-    options: CompareOptions, trackers: Sequence[str], imported: "Sequence[ImportedTracker]"
-) -> "tuple[Runs, list[str]]":
-    """Execute missing runs; return the requested and imported runs, and the labels of trackers."""
-    sequences = options.sequences or ""
-    experiment = Experiment(
-        name=options.name or default_name(trackers, split_list(sequences), None),
-        trackers=tuple(trackers),
-        sequences=matching_sequences(sequences, trackers=trackers),
-        repetitions=options.repetitions or Experiment.repetitions,
-        protocol=options.protocol or Experiment.protocol,
-    )
-    execution = plan_and_execute(experiment, options)
-    print_hint(f"Runs are in {execution.folder}.")
-    requested = execution.plan.requested_runs().versions
-    runs = open_runs(execution.folder).select(requested)
-    if imported:
-        runs = with_imported(runs, imported)
-    return runs, [spec.label for spec in execution.plan.trackers.values()]
 
 
 def _report_older_versions(runs: "pd.DataFrame") -> None:
@@ -275,27 +279,6 @@ def _report_older_versions(runs: "pd.DataFrame") -> None:
                 f"{label}: {count} of {len(is_older)} stored runs are of another version of the "
                 "tracker. Use --sequences to repeat them with the current version."
             )
-
-
-def _report(compared: "dict[str, Comparison]", options: CompareOptions) -> int:
-    """Print and write the comparisons by all metrics; return the exit status."""
-    from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
-
-    folder = options.output
-    for metrics, comparison in compared.items():
-        if options.as_json:
-            json_object = {"metrics": metrics, **as_data(comparison)}
-            click.echo(json.dumps(json_object, allow_nan=False))
-        else:
-            lines = screen_lines(comparison, verbose=options.verbose, quiet=options.quiet)
-            print_result(lines)
-        if folder is not None:
-            target = folder / metrics if len(compared) > 1 else folder
-            print_message("\n".join(_write(comparison, target)))
-    first = next(iter(compared.values()))
-    for tracker, note in first.failures.items():
-        print_message(f"{tracker}: {note}")
-    return EXIT_NEGATIVE if first.left_out else 0
 
 
 def _write(comparison: "Comparison", folder: Path) -> list[str]:

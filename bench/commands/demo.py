@@ -2,7 +2,6 @@
 
 import os
 import sys
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
@@ -10,11 +9,11 @@ import click
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
+    PATH,
     Command,
     ExecutionOptions,
-    execution_option,
+    jobs_option,
     output_option,
-    with_options,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -26,19 +25,10 @@ from trackmark.bench.commands._terminal import print_result
 from trackmark.bench.experiments.experiment import read_experiment
 
 
-@dataclass(frozen=True, kw_only=True)
-class DemoOptions:
-    """Options of the command."""
-
-    output: Path = output_option("Folder for results and report.", default=Path("out"))
-    jobs: int | None = execution_option(
-        "Number of worker processes.  [default: number of cores]", minimum=1
-    )
-
-
 @click.command("demo", cls=Command)
-@with_options(DemoOptions)
-def command(options: DemoOptions) -> int:
+@output_option("--output", type=PATH, default="out", help="Folder for results and report.")
+@jobs_option
+def command(output: Path, jobs: int | None) -> int:
     """Show what trackmark does: run seven trackers and write a page.
 
     The command runs the built-in experiment `demo` in about a minute, without a download.
@@ -51,20 +41,21 @@ def command(options: DemoOptions) -> int:
     from trackmark.bench.analysis.run_summary import summarise
     from trackmark.bench.analysis.run_tables import tables
     from trackmark.bench.commands._table_files import write_tables
+    from trackmark.bench.execution.task import Limits
     from trackmark.bench.pages.report import ReportPage
     from trackmark.bench.pages.report_figures import write_figures
 
     experiment = read_experiment("demo")
-    results = options.output / "results" / experiment.name
-    execution_options = ExecutionOptions(results_root=results.parent, jobs=options.jobs)
-    execute_runs(plan_experiment(experiment, execution_options))
+    results = output / "results" / experiment.name
+    options = ExecutionOptions(results.parent, jobs, Limits())
+    execute_runs(plan_experiment(experiment, options))
     runs = open_runs(results)
     summary = summarise(runs)
     assert summary is not None
     print_result(summary.lines())
     if summary.failures:
         return EXIT_NEGATIVE
-    folder = options.output / "demo"
+    folder = output / "demo"
     report_tables = tables(runs)
     write_tables(folder, report_tables)
     path = folder / "report.html"

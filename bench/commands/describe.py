@@ -2,7 +2,7 @@
 
 import json
 import re
-from dataclasses import asdict, dataclass
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,13 +10,12 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands._options import (
+    SPECIFICATION,
     Command,
-    JsonOptions,
-    argument,
+    input_option,
+    json_option,
     layout_option,
-    option,
     truth_option,
-    with_options,
 )
 from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
@@ -26,21 +25,18 @@ if TYPE_CHECKING:
     from trackmark.datasets.official_sets import Coverage
 
 
-@dataclass(frozen=True, kw_only=True)
-class DescribeOptions(JsonOptions):
-    """Options of the command."""
-
-    name: str = argument()
-    truth: Path | None = truth_option()
-    layout: Path | None = layout_option()
-    with_attributes: bool = option(
-        "Also measure the attributes of a sequence; this reads all of its frames.", "--attributes"
-    )
-
-
 @click.command("describe", cls=Command)
-@with_options(DescribeOptions)
-def command(options: DescribeOptions) -> None:
+@click.argument("name", type=SPECIFICATION)
+@truth_option
+@layout_option
+@input_option(
+    "--attributes",
+    "with_attributes",
+    is_flag=True,
+    help="Also measure the attributes of a sequence; this reads all of its frames.",
+)
+@json_option
+def command(name: str, truth: Path | None, with_attributes: bool, as_json: bool) -> None:
     """Describe a tracker, sequence, metrics, attribute or protocol.
 
     NAME is a name of `trackmark list`, the path of a sequence or tracker file, or a folder or
@@ -52,15 +48,14 @@ def command(options: DescribeOptions) -> None:
 
     Exit codes: 0 success; 2 unknown name or invalid input.
     """
-    name, truth = options.name, options.truth
     if not name.strip():
         raise click.UsageError("NAME is empty. Give a name of `trackmark list` or a path.")
     description = _tracker(name) or (_named(name) if truth is None else None)
-    json_object, lines = description or _sequence(
-        name, truth, with_attributes=options.with_attributes
-    )
-    as_json = json.dumps(json_object, indent=1, default=str) if options.as_json else ""
-    click.echo(as_json or wrap("\n".join(map(_join_lines, lines))))
+    json_object, lines = description or _sequence(name, truth, with_attributes=with_attributes)
+    if as_json:
+        click.echo(json.dumps(json_object, indent=1, default=str))
+    else:
+        click.echo(wrap("\n".join(map(_join_lines, lines))))
 
 
 def _join_lines(prose: str) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._options import Command, JsonOptions, with_options
+from trackmark.bench.commands._options import Command, json_option
 from trackmark.bench.package_version import package_version
 from trackmark.datasets.source_digest import library_version, library_versions
 from trackmark.reports.printable import wrap
@@ -22,8 +22,8 @@ MISSING = "not installed"
 
 
 @click.command("doctor", cls=Command)
-@with_options(JsonOptions)
-def command(options: JsonOptions) -> int:
+@json_option
+def command(as_json: bool) -> int:
     """Check the installation: versions, caches and optional trackers.
 
     For example:
@@ -45,7 +45,7 @@ def command(options: JsonOptions) -> int:
         "trackers": _trackers(),
         "problems": _library_problems(versions) + _data_problems(),
     }
-    if options.as_json:
+    if as_json:
         click.echo(json.dumps(findings, indent=1))
     else:
         for heading, items in findings.items():

@@ -2,30 +2,30 @@
 
 import webbrowser
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._imported_results import (
-    imported_option,
     imported_runs,
     parse_imported,
     with_imported,
 )
 from trackmark.bench.commands._options import (
+    PATH,
+    SPECIFICATION,
     Command,
-    ScreenOptions,
-    argument,
+    input_option,
+    json_option,
     layout_option,
     metrics_option,
-    option,
     output_option,
     parse_published,
     published_option,
-    with_options,
+    quiet_option,
+    results_of_option,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -40,8 +40,6 @@ from trackmark.bench.commands._terminal import print_result
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
     from trackmark.bench.analysis.by_attribute import AttributeReport
-    from trackmark.bench.analysis.published_sets import PublishedSet
-    from trackmark.bench.pages.report import ReportPage
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
@@ -52,46 +50,59 @@ NATIVE_TABLES = ("summary", "sequences", "times", "summary-revised", "sequences-
 """Tables that the short table replaces, except with --verbose."""
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReportOptions(ScreenOptions):
-    """Options of the command."""
-
-    results: Path | None = argument(required=False)
-    form: str | None = output_option(
-        "Format of the printed tables or, with --output, of the plots.",
-        "--format",
-        choices=TEXTS + FIGURES,
-    )
-    output: Path | None = output_option(
-        "Write the page, tables in every format, plots and film strips to this folder.  "
-        "[default: only the page, to RESULTS]"
-    )
-    with_full_frames: bool = output_option(
-        "Write frames in full size next to the page.", "--frames"
-    )
-    results_of: tuple[str, ...] = imported_option()
-    sequences: str | None = option(
-        "Sequences of --results-of if RESULTS is not given; as for `run`.", metavar="SEQUENCES"
-    )
-    layout: Path | None = layout_option()
-    metrics: list[str] = metrics_option()
-    published: str | None = published_option()
-    by_attribute: bool = output_option(
-        "Add scores by attribute of the sequences; see docs/attributes.md."
-    )
-    verbose: bool = output_option("Print all tables with all columns.")
-    no_pictures: bool = output_option("Write tables only: no page, no plots.")
-    opens_page: bool = output_option("Open the page in the browser.", "--open")
-
-    @property
-    def has_page(self) -> bool:
-        """True if a page is written."""
-        return not self.no_pictures and (self.output is not None or not (self.as_json or self.form))
-
-
 @click.command("report", cls=Command)
-@with_options(ReportOptions)
-def command(options: ReportOptions) -> int:
+@click.argument("results", required=False, type=PATH)
+@output_option(
+    "--format",
+    "form",
+    type=click.Choice(TEXTS + FIGURES),
+    help="Format of the printed tables or, with --output, of the plots.",
+)
+@output_option(
+    "--output",
+    type=PATH,
+    help="Write the page, tables in every format, plots and film strips to this folder.  "
+    "[default: only the page, to RESULTS]",
+)
+@output_option(
+    "--frames", "with_full_frames", is_flag=True, help="Write frames in full size next to the page."
+)
+@results_of_option
+@input_option(
+    "--sequences",
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    help="Sequences of --results-of if RESULTS is not given; as for `run`.",
+)
+@layout_option
+@metrics_option()
+@published_option
+@output_option(
+    "--by-attribute",
+    is_flag=True,
+    help="Add scores by attribute of the sequences; see docs/attributes.md.",
+)
+@output_option("--verbose", is_flag=True, help="Print all tables with all columns.")
+@output_option("--no-pictures", is_flag=True, help="Write tables only: no page, no plots.")
+@output_option("--open", "opens_page", is_flag=True, help="Open the page in the browser.")
+@json_option
+@quiet_option
+def command(
+    results: Path | None,
+    form: str | None,
+    output: Path | None,
+    with_full_frames: bool,
+    results_of: tuple[str, ...],
+    sequences: str | None,
+    metrics: list[str],
+    published: str | None,
+    by_attribute: bool,
+    verbose: bool,
+    no_pictures: bool,
+    opens_page: bool,
+    as_json: bool,
+    quiet: bool,
+) -> int:
     """Write tables, plots and a page of stored results.
 
     RESULTS is the results folder of an experiment, or a folder that contains several. The command
@@ -108,174 +119,139 @@ def command(options: ReportOptions) -> int:
     Exit codes: 0 success; 1 all runs of a tracker failed; 2 invalid usage or input; 130
     interrupted.
     """
-    from trackmark.bench.store.keys import experiment_folders
-
-    results, sequences = options.results, options.sequences
-    if results is None and not (options.results_of and sequences):
-        raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
-    if results is not None and sequences is not None:
-        raise click.UsageError("--sequences cannot be combined with RESULTS.")
-    if options.as_json and options.form is not None:
-        raise click.UsageError("--json and --format exclude each other. Give one.")
-    if options.form in FIGURES and (options.output is None or options.no_pictures):
-        raise click.UsageError(f"--format {options.form} is a format of plots. Give --output.")
-    if options.with_full_frames and not options.has_page:
-        raise click.UsageError("--frames requires a page, which is not written. Give --output.")
-    if options.opens_page and not options.has_page:
-        raise click.UsageError("--open requires a page, which is not written. Give --output.")
-    if options.published is not None and not options.has_page:
-        raise click.UsageError(
-            "--published adds scores to a page, which is not written. Give --output."
-        )
-    published = parse_published(options.published)
-    imported = parse_imported(options.results_of)
-    if results is None:
-        experiments = [imported_runs(imported, sequences or "")]
-    else:
-        experiments = [open_runs(folder) for folder in experiment_folders(results)]
-        if imported:
-            experiments = [with_imported(runs, imported) for runs in experiments]
-    for runs in experiments:
-        _report(runs, options, published, with_folder_name=len(experiments) > 1)
-    return _print_left_out(experiments)
-
-
-def _report(
-    runs: "Runs",
-    options: ReportOptions,
-    published: "Path | PublishedSet | None",
-    *,
-    with_folder_name: bool,
-) -> None:
-    """Print and write the report on an experiment; captions name its folder if it is not alone."""
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import ReportPage
+    from trackmark.bench.store.keys import ResultsError, experiment_folders
 
-    metrics, folder = options.metrics, options.output
-    title = runs.title
-    if with_folder_name and runs.folder is not None and title != runs.folder.name:
-        title = f"{runs.folder.name}: {title}"
-    with report_slow_work("Scoring runs"):
-        tables, with_curves = metric_tables(runs, metrics, title)
-    curves = _curves(runs, metrics, tables) if options.by_attribute else []
-    annotated = _annotated(runs, metrics, tables) if options.by_attribute else []
-    arguments = [text for path in options.results_of for text in ("--results-of", path)]
-    arguments += [] if options.published is None else ["--published", options.published]
-    arguments += [] if options.sequences is None else ["--sequences", options.sequences]
-    if options.as_json or options.form in TEXTS:
-        if options.form == "markdown":
-            _print_answer(runs, options)
-        _print(tables, options)
+    has_page = not no_pictures and (output is not None or not (as_json or form))
+    if results is None and not (results_of and sequences):
+        raise click.UsageError("Give RESULTS, or --results-of and --sequences.")
+    if results is not None and sequences is not None:
+        raise click.UsageError("--sequences cannot be combined with RESULTS.")
+    if as_json and form is not None:
+        raise click.UsageError("--json and --format exclude each other. Give one.")
+    if form in FIGURES and (output is None or no_pictures):
+        raise click.UsageError(f"--format {form} is a format of plots. Give --output.")
+    for option, is_given in (("--frames", with_full_frames), ("--open", opens_page)):
+        if is_given and not has_page:
+            raise click.UsageError(
+                f"{option} requires a page, which is not written. Give --output."
+            )
+    if published is not None and not has_page:
+        raise click.UsageError(
+            "--published adds scores to a page, which is not written. Give --output."
+        )
+    published_scores = parse_published(published)
+    imported = parse_imported(results_of)
+    arguments = [part for argument in results_of for part in ("--results-of", argument)]
+    arguments += [] if published is None else ["--published", published]
+    arguments += [] if sequences is None else ["--sequences", sequences]
+    if results is None:
+        experiments = [imported_runs(imported, sequences or "")]
     else:
-        _print_summary(runs, tables, options, title if with_folder_name else "")
-    print_corner_hints(runs)
-    target, files = runs.folder or Path("report"), list[Path]()
-    figures: dict[str, Any] = {}
-    if folder is not None:
-        target = folder / target.name if with_folder_name else folder
-        files += write_tables(target, tables)
-        suffix = f".{options.form}" if options.form in FIGURES else ".png"
-        figures = {"suffix": suffix, "on_message": print_message, "with_curves": with_curves}
-        figures |= {"by_attribute": curves, "annotated": annotated}
-    if options.has_page:
-        page = target / "report.html"
+        experiments = [
+            with_imported(open_runs(folder), imported) for folder in experiment_folders(results)
+        ]
+    for runs in experiments:
+        title, target = runs.title, runs.folder or Path("report")
+        if len(experiments) > 1 and title != target.name:
+            title = f"{target.name}: {title}"
         with report_slow_work("Scoring runs"):
-            content = ReportPage(runs, tables, arguments, published)
-        files += _write_page(content, page, title, options, figures)
-        if options.opens_page and not webbrowser.open(page.absolute().as_uri()):
-            print_message(f"No browser was found. Open {page} yourself.")
-    for line in list_written_files(files):
-        print_message(line)
+            tables, with_curves = metric_tables(runs, metrics, title)
+        curves, annotated = _attribute_reports(runs, metrics) if by_attribute else ([], [])
+        tables += [entry.table for entry in curves] + [entry.table for entry in annotated]
+        heading = title if len(experiments) > 1 else ""
+        _print_report(
+            runs, tables, heading, metrics, form, as_json=as_json, verbose=verbose, quiet=quiet
+        )
+        print_corner_hints(runs)
+        files, suffix = list[Path](), f".{form}" if form in FIGURES else ".png"
+        if output is not None:
+            target = output / target.name if len(experiments) > 1 else output
+            files += write_tables(target, tables)
+        if has_page:
+            path = target / "report.html"
+            with report_slow_work("Scoring runs"):
+                page = ReportPage(runs, tables, arguments, published_scores)
+            try:
+                with progress_bar("Drawing the report", None, "frame") as progress:
+                    files += page.write(path, title, progress, with_full_frames=with_full_frames)
+                    if output is not None:
+                        # Imports of Matplotlib and SciPy take longer than a page.
+                        from trackmark.bench.pages.report_figures import write_figures
+
+                        further_scores = with_curves, curves, annotated
+                        files += write_figures(
+                            page, target, title, suffix, print_message, *further_scores
+                        )
+            except OSError as error:
+                raise ResultsError(
+                    f"{error.filename}: {error.strerror}. Choose another folder with --output, or "
+                    "write no page with --no-pictures."
+                ) from error
+            if opens_page and not webbrowser.open(path.absolute().as_uri()):
+                print_message(f"No browser was found. Open {path} yourself.")
+        for line in list_written_files(files):
+            print_message(line)
+    return _print_left_out(experiments)
 
 
-def _curves(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list[AttributeReport]":
-    """Return scores by attribute of the sequences, and add their tables."""
+def _attribute_reports(
+    runs: "Runs", metrics: list[str]
+) -> "tuple[list[AttributeReport], list[AnnotationReport]]":
+    """Return scores by attribute of the sequences, measured and annotated."""
+    from trackmark.bench.analysis.by_annotation import annotation_reports
     from trackmark.bench.analysis.by_attribute import attribute_report
 
     with progress_bar("Measuring attributes", None, "frame") as progress:
         curves = attribute_report(runs, metrics, progress, print_message)
-    tables += [curve.table for curve in curves]
-    return curves
+    return curves, annotation_reports(runs, metrics)
 
 
-def _annotated(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list[AnnotationReport]":
-    """Return scores by annotated attribute, and add their tables."""
-    from trackmark.bench.analysis.by_annotation import annotation_reports
-
-    reports = annotation_reports(runs, metrics)
-    tables += [report.table for report in reports]
-    return reports
-
-
-def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, title: str) -> None:
-    """Print answer and short table; then tables of other metrics, or all of them."""
+def _print_report(
+    runs: "Runs",
+    tables: "list[Table]",
+    heading: str,
+    metrics: list[str],
+    form: str | None,
+    *,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> None:
+    """Print all tables in a form of text, or the answer, a short table and tables beyond it."""
     from trackmark.bench.analysis.run_summary import summarise
+    from trackmark.reports.renderers import FORMATS, in_markdown, terminal_lines, to_json
 
-    summary = summarise(runs) if "native" in options.metrics else None
-    if title:
-        click.echo(f"{title}:")
-    if summary is not None:
-        print_result(summary.lines(quiet=options.quiet))
-        for warning in summary.warnings:
-            print_event("warning", warning)
-    short = summary is not None and not options.verbose
-    further = [table for table in tables if not (short and table.name in NATIVE_TABLES)]
-    if further and not (options.quiet and summary is not None):
-        click.echo("" if summary is not None else None, nl=summary is not None)
-        _print(further, options)
-
-
-def _print_answer(runs: "Runs", options: ReportOptions) -> None:
-    """Print the answer as paragraphs of Markdown."""
-    from trackmark.bench.analysis.run_summary import summarise
-    from trackmark.reports.renderers import in_markdown
-
-    summary = summarise(runs) if "native" in options.metrics else None
-    if summary is not None:
-        for sentence in (summary.sentences.heading, *summary.sentences.details):
-            click.echo(f"{in_markdown(sentence)}\n")
-
-
-def _print(tables: "list[Table]", options: ReportOptions) -> None:
-    """Print the tables of an experiment; as JSON one per line."""
-    from trackmark.reports.renderers import FORMATS, terminal_lines, to_json
-
-    if options.as_json:
+    has_answer = not as_json and form not in ("text", "csv", "latex") and "native" in metrics
+    summary = summarise(runs) if has_answer else None
+    if as_json:
         rendered = [*map(to_json, tables)]
-    elif options.form in TEXTS:
-        _, render = FORMATS[options.form]
+    elif form in TEXTS:
+        if summary is not None:
+            for sentence in (summary.sentences.heading, *summary.sentences.details):
+                click.echo(f"{in_markdown(sentence)}\n")
+        _, render = FORMATS[form]
         rendered = [*map(render, tables)]
     else:
+        if heading:
+            click.echo(f"{heading}:")
+        if summary is not None:
+            print_result(summary.lines(quiet=quiet))
+            for warning in summary.warnings:
+                print_event("warning", warning)
+            if not verbose:
+                tables = [table for table in tables if table.name not in NATIVE_TABLES]
+            tables = [] if quiet else tables
+            if tables:
+                click.echo()
         rendered = [
-            "\n".join([*terminal_lines(table, "--verbose", all_columns=options.verbose), ""])
+            "\n".join([*terminal_lines(table, "--verbose", all_columns=verbose), ""])
             for table in tables
         ]
     if rendered:
         click.echo("\n".join(rendered))
-
-
-def _write_page(
-    page: "ReportPage", path: Path, title: str, options: ReportOptions, figures: dict[str, Any]
-) -> list[Path]:
-    """Write the page and return its files; `figures`: arguments of `write_figures`, if any."""
-    from trackmark.bench.store.keys import ResultsError
-
-    full_frames = options.with_full_frames
-    try:
-        with progress_bar("Drawing the report", None, "frame") as progress:
-            files = page.write(path, title, progress, with_full_frames=full_frames)
-            if figures:
-                # Imports of Matplotlib and SciPy's statistics take long.
-                from trackmark.bench.pages.report_figures import write_figures
-
-                files += write_figures(page, path.parent, title, **figures)
-            return files
-    except OSError as error:
-        raise ResultsError(
-            f"{error.filename}: {error.strerror}. Choose another folder with --output, or write no "
-            "page with --no-pictures."
-        ) from error
 
 
 def _print_left_out(experiments: "Sequence[Runs]") -> int:

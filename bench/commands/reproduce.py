@@ -3,22 +3,21 @@
 import json
 import time
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
+    OUTPUT_FILE,
     Command,
     ExecutionOptions,
-    ScreenOptions,
-    argument,
-    option,
+    execution_options,
+    input_option,
     output_option,
-    with_options,
+    screen_options,
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import RunProgress, print_hint, print_message, progress_bar
@@ -26,30 +25,47 @@ from trackmark.bench.commands._progress import RunProgress, print_hint, print_me
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import OpenedSequences
     from trackmark.bench.papers import ReproductionOptions
-    from trackmark.bench.papers.reproduction import Report, Reproduction
+    from trackmark.bench.papers.paper import Paper
+    from trackmark.bench.papers.reproduction import Report
     from trackmark.bench.store.keys import RunKey
 
 
-@dataclass(frozen=True, kw_only=True)
-class ReproduceOptions(ScreenOptions, ExecutionOptions):
-    """Options of the command."""
-
-    paper: str | None = argument(required=False)
-    all_papers: bool = option("Reproduce every paper, and write a page that lists all of them.")
-    quick: bool = option("Main table and figure strips in a minute, without verdicts.")
-    with_sensitivity: bool = option("Add the sensitivity table.", "--all")
-    repetitions: int | None = option("Maximum number of repetitions.", minimum=1)
-    page: Path | None = output_option(
-        "Markdown file for the page of the paper; `-details` is added for its details. Film "
-        "strips go to ../pictures/papers.",
-        type=click.Path(path_type=Path, dir_okay=False),
-    )
-    strict: bool = option("Exit with code 1 if a claim does not hold in the setting `recommended`.")
-
-
 @click.command("reproduce", cls=Command)
-@with_options(ReproduceOptions)
-def command(options: ReproduceOptions) -> int:
+@click.argument("paper", required=False)
+@input_option(
+    "--all-papers",
+    is_flag=True,
+    help="Reproduce every paper, and write a page that lists all of them.",
+)
+@input_option(
+    "--quick", is_flag=True, help="Main table and figure strips in a minute, without verdicts."
+)
+@input_option("--all", "with_sensitivity", is_flag=True, help="Add the sensitivity table.")
+@output_option(
+    "--page",
+    type=OUTPUT_FILE,
+    help="Markdown file for the page of the paper; `-details` is added for its details. Film "
+    "strips go to ../pictures/papers.",
+)
+@input_option(
+    "--strict",
+    is_flag=True,
+    help="Exit with code 1 if a claim does not hold in the setting `recommended`.",
+)
+@execution_options
+@screen_options
+def command(
+    paper: str | None,
+    all_papers: bool,
+    quick: bool,
+    with_sensitivity: bool,
+    page: Path | None,
+    strict: bool,
+    options: ExecutionOptions,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> int:
     """Reproduce a paper: main table, figures and a verdict on each claim.
 
     Every claim is tested on synthetic sequences in two settings: `as-written` takes the paper
@@ -65,76 +81,75 @@ def command(options: ReproduceOptions) -> int:
     """
     from trackmark.bench.papers import ReproductionOptions, paper_names
     from trackmark.bench.papers.markdown_page import write_markdown_pages
-    from trackmark.bench.papers.reproduction import Reproduction
+    from trackmark.bench.papers.paper import read_paper
+    from trackmark.bench.papers.terminal_report import report_lines
 
-    page, quick = options.page, options.quick
-    if (options.paper is None) != options.all_papers:
+    if (paper is None) != all_papers:
         names = ", ".join(paper_names())
         raise click.UsageError(f"Give one PAPER ({names}) or --all-papers.")
-    if page is not None and options.all_papers:
+    if page is not None and all_papers:
         raise click.UsageError("--page requires one PAPER. Omit --all-papers.")
-    if quick and options.with_sensitivity:
+    if quick and with_sensitivity:
         raise click.UsageError("Give either --quick or --all.")
     if page is not None:
-        folder = options.results_root / str(options.paper)
+        folder = options.results_root / str(paper)
         reports = {str(folder / name): folder / name for name in ("report.html", "report.json")}
         check_outputs({"--page": page, **reports})
     reproduced = ReproductionOptions(
         quick=quick,
-        with_sensitivity=options.with_sensitivity,
-        repetitions=options.repetitions,
+        with_sensitivity=with_sensitivity,
         jobs=options.jobs,
     )
     fails = False
-    for name in paper_names() if options.paper is None else [options.paper]:
-        report = _reproduce(Reproduction(name), reproduced, options)
+    for name in paper_names() if paper is None else [paper]:
+        report, json_object = _reproduce(read_paper(name), reproduced, options)
+        if as_json:
+            click.echo(json.dumps(json_object, allow_nan=False))
+        else:
+            folder = options.results_root / name
+            click.echo("\n".join(report_lines(report, folder, verbose=verbose, quiet=quiet)))
+            if quick:
+                n_claims = len(report.paper.claims)
+                print_hint(f"Verdicts on its {n_claims} claims  trackmark reproduce {name}")
         if page is not None:
             pictures = page.absolute().parent.parent / "pictures" / "papers"
             write_markdown_pages(page.absolute(), pictures, report)
-        if options.all_papers:
+        if all_papers:
             from trackmark.bench.papers.index_page import write_front_page
 
             print_message(f"All papers: {write_front_page(options.results_root)}")
         verdicts = [row.verdicts["recommended"].verdict for row in report.verdicts]
         fails |= "does not hold" in verdicts
-    return EXIT_NEGATIVE if options.strict and fails else 0
+    return EXIT_NEGATIVE if strict and fails else 0
 
 
 def _reproduce(
-    reproduction: "Reproduction", reproduced: "ReproductionOptions", options: ReproduceOptions
-) -> "Report":
-    """Run the reproduction of a paper; write and print its report."""
-    from trackmark.bench.papers.reproduction import report_data
-    from trackmark.bench.papers.terminal_report import report_lines
+    paper: "Paper", reproduced: "ReproductionOptions", options: ExecutionOptions
+) -> "tuple[Report, dict[str, Any]]":
+    """Run the reproduction of a paper; write and return its report, also as data for JSON."""
+    from trackmark.bench.papers.plan import experiments
+    from trackmark.bench.papers.reproduction import make_report, report_data
 
-    started_at, paper = time.monotonic(), reproduction.paper
-    folder = options.results_root / paper.name
+    started_at, name = time.monotonic(), paper.name
+    folder = options.results_root / name
     requested: dict[str, Collection[RunKey]] = {}
     opened_sequences: OpenedSequences = {}
     executions = [
         plan_experiment(experiment, options, opened_sequences=opened_sequences)
-        for experiment in reproduction.experiments(reproduced)
+        for experiment in experiments(paper, reproduced)
     ]
     runs = sum(execution.tasks.n_runs for execution in executions)
     quick = ", quick look without verdicts" if reproduced.quick else ""
-    with RunProgress(f"{paper.name}{quick}: {runs} runs", folder) as progress:
+    with RunProgress(f"{name}{quick}: {runs} runs", folder) as progress:
         progress.expect(*executions)
         for execution in executions:
             execute_runs(execution, progress=progress)
-            requested[execution.experiment.name] = execution.plan.requested_runs().versions
+            requested[execution.experiment.name] = execution.plan.requested
     with progress_bar("Drawing figures and judging claims", None, "claim") as progress:
-        report = reproduction.report(options.results_root, folder, reproduced, requested, progress)
+        report = make_report(paper, options.results_root, folder, reproduced, requested, progress)
     json_object = report_data(report, time.monotonic() - started_at)
     _write(report, json_object, folder)
-    if options.as_json:
-        click.echo(json.dumps(json_object, allow_nan=False))
-        return report
-    lines = report_lines(report, folder, verbose=options.verbose, quiet=options.quiet)
-    click.echo("\n".join(lines))
-    if reproduced.quick:
-        n_claims = len(paper.claims)
-        print_hint(f"Verdicts on its {n_claims} claims  trackmark reproduce {paper.name}")
-    return report
+    return report, json_object
 
 
 def _write(report: "Report", json_object: Mapping[str, object], folder: Path) -> None:

@@ -2,7 +2,6 @@
 
 import json
 from collections import Counter, defaultdict
-from dataclasses import dataclass
 from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,19 +9,20 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
-from trackmark.bench.commands._imported_results import parse_imported, store_imported
+from trackmark.bench.commands._imported_results import parse_imported
 from trackmark.bench.commands._options import (
+    PATH,
+    SPECIFICATION,
     Command,
-    JsonOptions,
-    argument,
     execution_option,
+    input_option,
+    json_option,
+    matching_sequences,
     name_option,
-    option,
     output_option,
     protocol_option,
     selection_option,
     trajectory_option,
-    with_options,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -34,19 +34,13 @@ from trackmark.bench.commands._terminal import confirm
 if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trajectory
 
-
-@dataclass(frozen=True, kw_only=True)
-class FolderOptions(JsonOptions):
-    """Options of commands that read a results folder."""
-
-    folder: Path = argument(default=Path("results"), required=False)
-
-
-@dataclass(frozen=True, kw_only=True)
-class FailuresOptions(FolderOptions):
-    """Options of `failures`."""
-
-    verbose: bool = output_option("Also print tracebacks and the last output of the trackers.")
+folder_argument = click.argument("folder", required=False, type=PATH, default="results")
+tracker_option = selection_option(
+    "--tracker", default="*", help="Only trackers that match this pattern."
+)
+sequence_option = selection_option(
+    "--sequence", default="*", help="Only sequences that match this pattern."
+)
 
 
 @click.group("results")
@@ -58,8 +52,9 @@ command.command_class = Command
 
 
 @command.command("list")
-@with_options(FolderOptions)
-def list_results(options: FolderOptions) -> None:
+@folder_argument
+@json_option
+def list_results(folder: Path, as_json: bool) -> None:
     """List stored runs by tracker and sequence.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
@@ -73,9 +68,9 @@ def list_results(options: FolderOptions) -> None:
     from trackmark.bench.store.keys import experiment_folders
     from trackmark.bench.store.run_rows import json_row
 
-    for experiment in experiment_folders(options.folder):
+    for experiment in experiment_folders(folder):
         rows = [row for row in open_runs(experiment).rows if row["status"] != "missing"]
-        if options.as_json:
+        if as_json:
             for row in rows:
                 click.echo(json.dumps({"experiment": experiment.name, **json_row(row)}))
             continue
@@ -94,8 +89,12 @@ def list_results(options: FolderOptions) -> None:
 
 
 @command.command("failures")
-@with_options(FailuresOptions)
-def failures(options: FailuresOptions) -> None:
+@folder_argument
+@output_option(
+    "--verbose", is_flag=True, help="Also print tracebacks and the last output of the trackers."
+)
+@json_option
+def failures(folder: Path, verbose: bool, as_json: bool) -> None:
     """Print reason and frame of failed runs.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
@@ -110,19 +109,19 @@ def failures(options: FailuresOptions) -> None:
 
     from trackmark.bench.analysis.run_summary import tracker_line
     from trackmark.bench.store.keys import experiment_folders, run_key
-    from trackmark.bench.store.run_rows import list_runs
     from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.runs import list_runs
 
     failed = [
         (experiment, row)
-        for experiment in experiment_folders(options.folder)
-        for row in list_runs(RunStore(experiment))
+        for experiment in experiment_folders(folder)
+        for row in list_runs(experiment)
         if row["status"] == "failed"
     ]
     for experiment, row in failed:
         run = RunStore(experiment).read(run_key(row))
         reached = int(np.isfinite(run.boxes[:, 0]).sum())
-        if options.as_json:
+        if as_json:
             json_object = {
                 key: row[key] for key in ("tracker", "sequence", "repetition", "failure")
             }
@@ -139,30 +138,32 @@ def failures(options: FailuresOptions) -> None:
             )
             reason, _, stack_trace = run.failure.partition("\n")
             lines = [reason, tracker_line(run.failure)]
-            if options.verbose:
+            if verbose:
                 lines = [reason, *stack_trace.splitlines(), *run.tracker_output.splitlines()]
             click.echo("\n".join(f"  {line}" for line in lines if line))
-    if failed and not (options.as_json or options.verbose):
+    if failed and not (as_json or verbose):
         print_hint("Tracebacks and last outputs of the trackers: add --verbose")
 
 
-@dataclass(frozen=True, kw_only=True)
-class RemoveOptions:
-    """Options of `remove`."""
-
-    folder: Path = argument(default=Path("results"), required=False)
-    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
-    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
-    protocol: str | None = selection_option(
-        "Only runs of this protocol: timing, one-pass, ….", metavar="NAME[:PARAMETER=VALUE]…"
-    )
-    failed: bool = selection_option("Only runs that failed.")
-    yes: bool = execution_option("Do not ask for confirmation.")
-
-
 @command.command("remove")
-@with_options(RemoveOptions)
-def remove(options: RemoveOptions) -> None:
+@folder_argument
+@tracker_option
+@sequence_option
+@selection_option(
+    "--protocol",
+    metavar="NAME[:PARAMETER=VALUE]…",
+    help="Only runs of this protocol: timing, one-pass, ….",
+)
+@selection_option("--failed", "only_failed", is_flag=True, help="Only runs that failed.")
+@execution_option("--yes", "confirmed", is_flag=True, help="Do not ask for confirmation.")
+def remove(
+    folder: Path,
+    tracker: str,
+    sequence: str,
+    protocol: str | None,
+    only_failed: bool,
+    confirmed: bool,
+) -> None:
     """Remove stored runs.
 
     FOLDER is a results folder, or a folder that contains several. The command asks before it
@@ -174,31 +175,31 @@ def remove(options: RemoveOptions) -> None:
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
     from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
-    from trackmark.bench.store.run_rows import list_runs
     from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.runs import list_runs
 
     selected: dict[Path, list[RunKey]] = {}
-    protocol_key = "*" if options.protocol is None else _protocol_key(options.protocol)
-    for experiment in experiment_folders(options.folder):
-        results = RunStore(experiment)
+    protocol_key = "*" if protocol is None else _protocol_key(protocol)
+    for experiment in experiment_folders(folder):
+        store = RunStore(experiment)
         # Keys suffice: damaged runs can be removed, too.
         keys = [
             key
-            for key in results.list_keys()
-            if fnmatchcase(key[0], options.tracker)
-            and fnmatchcase(key[1], options.sequence)
+            for key in store.list_keys()
+            if fnmatchcase(key[0], tracker)
+            and fnmatchcase(key[1], sequence)
             and protocol_key in ("*", key[3])
         ]
-        if options.failed:
-            failed = {run_key(row) for row in list_runs(results) if row["status"] == "failed"}
+        if only_failed:
+            failed = {run_key(row) for row in list_runs(experiment) if row["status"] == "failed"}
             keys = [key for key in keys if key in failed]
         selected[experiment] = keys
     n_runs = sum(len(keys) for keys in selected.values())
     if not n_runs:
         click.echo("No run matches; nothing was removed.")
         return
-    if not options.yes:
-        confirm(f"Remove {n_runs} run{'s' * (n_runs != 1)} from {options.folder}?")
+    if not confirmed:
+        confirm(f"Remove {n_runs} run{'s' * (n_runs != 1)} from {folder}?")
     for experiment, keys in selected.items():
         RunStore(experiment).remove(keys)
     click.echo(f"Removed {n_runs} run{'s' * (n_runs != 1)}.")
@@ -212,8 +213,9 @@ def _protocol_key(protocol: str) -> str:
 
 
 @command.command("check")
-@with_options(FolderOptions)
-def check_results(options: FolderOptions) -> int:
+@folder_argument
+@json_option
+def check_results(folder: Path, as_json: bool) -> int:
     """Read all stored results and report damage.
 
     FOLDER is a results folder, or a folder that contains several. With --json, the command prints
@@ -227,7 +229,7 @@ def check_results(options: FolderOptions) -> int:
     from trackmark.bench.store.keys import ResultsError, experiment_folders
 
     status = 0
-    for experiment in experiment_folders(options.folder, damaged=True):
+    for experiment in experiment_folders(folder, damaged=True):
         try:
             state, json_object = _check_experiment(experiment)
             status = max(status, EXIT_NEGATIVE if json_object["damages"] else 0)
@@ -235,7 +237,7 @@ def check_results(options: FolderOptions) -> int:
             state, json_object = "not checked", {"runs": 0, "damages": [], "error": str(error)}
             status = EXIT_WRONG_INPUT
             print_message(str(error))
-        if options.as_json:
+        if as_json:
             click.echo(json.dumps({"experiment": experiment.name, **json_object}))
             continue
         for message in json_object["damages"]:
@@ -282,23 +284,23 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
     return 0
 
 
-@dataclass(frozen=True, kw_only=True)
-class ImportOptions:
-    """Options of `import`."""
-
-    results: tuple[str, ...] = argument(nargs=-1, metavar="NAME=PATH...")
-    sequences: str = option(
-        "Comma-separated names, paths or patterns, as for `run`.", metavar="SEQUENCES"
-    )
-    name: str = name_option(default="published")
-    results_root: Path = output_option(
-        "Folder that contains the results folder.", default=Path("results")
-    )
-
-
 @command.command("import")
-@with_options(ImportOptions)
-def import_command(options: ImportOptions) -> None:
+@click.argument("results", nargs=-1, required=True, metavar="NAME=PATH...", type=SPECIFICATION)
+@input_option(
+    "--sequences",
+    required=True,
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    help="Comma-separated names, paths or patterns, as for `run`.",
+)
+@name_option(default="published")
+@output_option(
+    "--results-root",
+    type=PATH,
+    default="results",
+    help="Folder that contains the results folder.",
+)
+def import_command(results: tuple[str, ...], sequences: str, name: str, results_root: Path) -> None:
     """Store results of other toolkits as runs.
 
     PATH is the folder of a tracker in the format of OTB, GOT-10k, VOT, pysot or pytracking, given
@@ -309,36 +311,53 @@ def import_command(options: ImportOptions) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    folder = options.results_root / options.name
-    n_runs = store_imported(parse_imported(options.results), options.sequences, folder)
+    from trackmark.bench.exchange.importing import import_results, open_sequences
+    from trackmark.bench.store.run_store import RunStore
+    from trackmark.bench.store.truth import stored_truth
+
+    folder = results_root / name
+    imported = parse_imported(results)
+    opened = open_sequences(matching_sequences(sequences), print_message)
+    truths = [stored_truth(sequence) for _, sequence in opened]
+    RunStore(folder).add_all([], truths)
+    n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
+    open_runs(folder)  # computes the scores
     click.echo(f"{n_runs} {'run is' if n_runs == 1 else 'runs are'} in {folder}.")
 
 
-@dataclass(frozen=True, kw_only=True)
-class ExportOptions:
-    """Options of `export`."""
-
-    experiment: Path = argument()
-    folder: Path = argument()
-    format: str = output_option(
-        "Result format: otb, otb-json, got10k, vot, pysot or pytracking.", "--as", metavar="FORMAT"
-    )
-    tracker: str = selection_option("Only trackers that match this pattern.", default="*")
-    sequence: str = selection_option("Only sequences that match this pattern.", default="*")
-    origin: int | None = output_option(
-        "Coordinate of the first pixel, 0 or 1.  [default: as in the files of the data set]",
-        "--from",
-        metavar="INTEGER",
-        type=click.IntRange(0, 1),
-    )
-    force: bool = output_option("Replace existing files.")
-    protocol: str | None = protocol_option()
-    trajectory: "Trajectory" = trajectory_option()
-
-
 @command.command("export")
-@with_options(ExportOptions)
-def export(options: ExportOptions) -> None:
+@click.argument("experiment", type=PATH)
+@click.argument("folder", type=PATH)
+@output_option(
+    "--as",
+    "result_format",
+    required=True,
+    metavar="FORMAT",
+    help="Result format: otb, otb-json, got10k, vot, pysot or pytracking.",
+)
+@tracker_option
+@sequence_option
+@output_option(
+    "--from",
+    "origin",
+    metavar="INTEGER",
+    type=click.IntRange(0, 1),
+    help="Coordinate of the first pixel, 0 or 1.  [default: as in the files of the data set]",
+)
+@output_option("--force", is_flag=True, help="Replace existing files.")
+@protocol_option
+@trajectory_option
+def export(
+    experiment: Path,
+    folder: Path,
+    result_format: str,
+    tracker: str,
+    sequence: str,
+    origin: int | None,
+    force: bool,
+    protocol: str | None,
+    trajectory: "Trajectory",
+) -> None:
     """Write stored runs as result files of other toolkits.
 
     EXPERIMENT is a results folder. The command writes one folder per tracker to FOLDER.
@@ -352,15 +371,15 @@ def export(options: ExportOptions) -> None:
     from trackmark.bench.store.keys import single_experiment
 
     files = export_results(
-        single_experiment(options.experiment),
-        options.format,
-        options.folder,
+        single_experiment(experiment),
+        result_format,
+        folder,
         print_message,
-        tracker=options.tracker,
-        sequence=options.sequence,
-        origin=options.origin,
-        force=options.force,
-        trajectory=options.trajectory,
-        protocol=options.protocol or "one-pass",
+        tracker=tracker,
+        sequence=sequence,
+        origin=origin,
+        force=force,
+        trajectory=trajectory,
+        protocol=protocol or "one-pass",
     )
-    click.echo(f"{len(files)} files are in {options.folder}.")
+    click.echo(f"{len(files)} files are in {folder}.")

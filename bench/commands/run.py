@@ -3,7 +3,7 @@
 import json
 import shlex
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -17,20 +17,21 @@ from trackmark.bench.commands._execution import (
     progress_since,
 )
 from trackmark.bench.commands._options import (
+    SPECIFICATION,
     Command,
     ExecutionOptions,
-    ScreenOptions,
-    argument,
     execution_option,
+    execution_options,
+    input_option,
     layout_option,
     matching_sequences,
     metrics_option,
     name_option,
-    option,
     protocol_option,
+    repetitions_option,
+    screen_options,
     split_list,
     truth_option,
-    with_options,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -58,45 +59,65 @@ if TYPE_CHECKING:
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
 
 
-@dataclass(frozen=True, kw_only=True)
-class RunOptions(ScreenOptions, ExecutionOptions):
-    """Options of the command."""
-
-    experiment: tuple[str, ...] = argument(nargs=-1, required=False, metavar="[EXPERIMENT]")
-    trackers: str | None = option(
-        "Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
-        "FILE.toml:NAME of a file of trackers.",
-        metavar="TRACKERS",
-    )
-    sequences: str | None = option(
-        "Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
-        metavar="SEQUENCES",
-    )
-    truth: Path | None = truth_option()
-    layout: Path | None = layout_option()
-    repetitions: int | None = option("Number of repetitions of stochastic trackers.", minimum=1)
-    protocol: str | None = protocol_option()
-    is_timing: bool = option(
-        "Measure the time per frame instead of the accuracy; trackers run one at a time.",
-        "--timing",
-    )
-    keeps_arrays: bool = option(
-        "Store masks, contours, particles and maps of new runs for the report's player.",
-        "--arrays",
-    )
-    name: str | None = name_option(
-        "Name of the results folder.  [default: derived from --trackers and --sequences]"
-    )
-    retry_failed: bool = execution_option("Repeat runs that failed.")
-    dry_run: bool = execution_option(
-        "Execute nothing; print the missing runs and the time estimated from stored runs."
-    )
-    metrics: list[str] = metrics_option()
-
-
 @click.command("run", cls=Command)
-@with_options(RunOptions)
-def command(options: RunOptions) -> int:
+@click.argument("experiments", nargs=-1, metavar="[EXPERIMENT]", type=SPECIFICATION)
+@input_option(
+    "--trackers",
+    metavar="TRACKERS",
+    type=SPECIFICATION,
+    help="Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
+    "FILE.toml:NAME of a file of trackers.",
+)
+@input_option(
+    "--sequences",
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    help="Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
+)
+@truth_option
+@layout_option
+@repetitions_option
+@protocol_option
+@input_option(
+    "--timing",
+    "is_timing",
+    is_flag=True,
+    help="Measure the time per frame instead of the accuracy; trackers run one at a time.",
+)
+@input_option(
+    "--arrays",
+    "keeps_arrays",
+    is_flag=True,
+    help="Store masks, contours, particles and maps of new runs for the report's player.",
+)
+@name_option(help="Name of the results folder.  [default: derived from --trackers and --sequences]")
+@execution_option("--retry-failed", is_flag=True, help="Repeat runs that failed.")
+@execution_option(
+    "--dry-run",
+    is_flag=True,
+    help="Execute nothing; print the missing runs and the time estimated from stored runs.",
+)
+@metrics_option()
+@execution_options
+@screen_options
+def command(
+    experiments: tuple[str, ...],
+    trackers: str | None,
+    sequences: str | None,
+    truth: Path | None,
+    repetitions: int | None,
+    protocol: str | None,
+    is_timing: bool,
+    keeps_arrays: bool,
+    name: str | None,
+    retry_failed: bool,
+    dry_run: bool,
+    metrics: list[str],
+    options: ExecutionOptions,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> int:
     """Run trackers on sequences and store the results.
 
     EXPERIMENT is the name of a built-in experiment or a .toml file. Without it, give --trackers and
@@ -109,41 +130,48 @@ def command(options: RunOptions) -> int:
 
     Exit codes: 0 success; 1 at least one run failed; 2 invalid usage or input; 130 interrupted.
     """
-    experiment = _experiment(options)
-    execution = plan_experiment(experiment, options, retry_failed=options.retry_failed)
-    if options.dry_run:
-        _print_plan(execution, as_json=options.as_json)
+    experiment = _experiment(
+        experiments,
+        trackers,
+        sequences,
+        truth,
+        name=name,
+        repetitions=repetitions,
+        protocol=protocol,
+        is_timing=is_timing,
+        keeps_arrays=keeps_arrays,
+    )
+    execution = plan_experiment(experiment, options, retry_failed=retry_failed)
+    if dry_run:
+        _print_plan(execution, as_json=as_json)
         return 0
-    return execute(execution, options.metrics, options)
+    return _execute(execution, metrics, as_json=as_json, verbose=verbose, quiet=quiet)
 
 
-def _experiment(options: RunOptions) -> Experiment:
+def _experiment(
+    experiments: Sequence[str],
+    trackers: str | None,
+    sequences: str | None,
+    truth: Path | None,
+    **options: Any,
+) -> Experiment:
     """Return the named experiment with the options applied, or one made of the options alone."""
-    trackers, sequences, truth = options.trackers, options.sequences, options.truth
-    if not options.experiment and not (trackers and sequences):
+    if not experiments and not (trackers and sequences):
         raise click.UsageError("Give an experiment, or --trackers and --sequences.")
-    base = _named_experiment(options.experiment, has_options=bool(trackers or sequences))
+    base = _named_experiment(experiments, has_options=bool(trackers or sequences))
     if base is not None and truth is not None:
         raise ExperimentError("--truth requires --sequences; omit the experiment.")
-    values: dict[str, Any] = {
-        "name": options.name,
-        "trackers": tuple(split_list(trackers or "")),
-        "sequences": matching_sequences(sequences, truth, split_list(trackers or ""))
-        if sequences
-        else (),
-        "repetitions": options.repetitions,
-        "protocol": options.protocol,
-        "is_timing": options.is_timing,
-        "keeps_arrays": options.keeps_arrays,
-    }
-    values = {key: value for key, value in values.items() if value}
-    if options.repetitions:
+    specs = split_list(trackers or "")
+    selected = matching_sequences(sequences, truth, specs) if sequences else ()
+    options |= {"trackers": tuple(specs), "sequences": selected}
+    given = {field: value for field, value in options.items() if value}
+    if base is None:
+        name = default_name(specs, split_list(sequences or ""), truth)
+        return Experiment(**{"name": name} | given)
+    if "repetitions" in given:
         # --repetitions replaces the numbers of single trackers, too.
-        values["repetitions_by_tracker"] = {}
-    if base is not None:
-        return replace(base, **values)
-    name = default_name(values.get("trackers", ()), split_list(sequences or ""), truth)
-    return Experiment(**{"name": name} | values)
+        base = replace(base, repetitions_by_tracker={})
+    return replace(base, **given)
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:
@@ -165,22 +193,22 @@ def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment 
     return read_experiment(names[0])
 
 
-def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptions) -> int:
+def _execute(
+    execution: "Execution", metrics: Sequence[str], *, as_json: bool, verbose: bool, quiet: bool
+) -> int:
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
     from trackmark.bench.store.keys import run_key
-    from trackmark.bench.store.run_rows import StoredRuns
     from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
 
-    as_json = options.as_json
     print_remarks(execution)
     printed: set[RunKey] = set()
 
     def print_row(row: Mapping[str, Any]) -> None:
         if as_json:
-            _print_row(Runs([dict(row)], {}, StoredRuns(execution.folder)), row, metrics)
+            _print_row(Runs([dict(row)], {}, execution.folder), row, metrics)
             printed.add(run_key(row))
 
     if stale := execution.plan.count(RunStatus.STALE):
@@ -191,8 +219,8 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
     execute_runs(execution, print_row, keep_errors=True)
     all_runs = open_runs(execution.folder)
     now, message = progress_since(execution, all_runs.stored_rows)
-    runs = all_runs.select(execution.plan.requested_runs().versions)
-    failed = now.count(RunStatus.FAILED)
+    requested = execution.plan.requested
+    runs = all_runs.select(requested)
     try:
         execution.raise_errors()
     except (SequenceError, TrackerError) as error:
@@ -205,17 +233,19 @@ def execute(execution: "Execution", metrics: Sequence[str], options: ScreenOptio
                 _print_row(all_runs, row, metrics)
         print_message(message)
     else:
-        _print_scores(runs, execution.plan.protocol, metrics, options)
+        _print_scores(
+            runs, execution.experiment.protocol_key, metrics, verbose=verbose, quiet=quiet
+        )
     print_corner_hints(runs)
     if not as_json:
-        if not options.quiet:
+        if not quiet:
             click.echo(f"\n{message}")
             _print_hints(execution)
-        if options.verbose:
-            _print_details(runs, execution.plan.requested_runs().versions)
+        if verbose:
+            _print_details(runs, requested)
     if execution.errors or execution.tracker_errors:
         return EXIT_WRONG_INPUT
-    return EXIT_NEGATIVE if failed else 0
+    return EXIT_NEGATIVE if now.count(RunStatus.FAILED) else 0
 
 
 def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> None:
@@ -234,7 +264,7 @@ def _print_row(runs: "Runs", row: Mapping[str, Any], metrics: Sequence[str]) -> 
 
 
 def _print_scores(
-    runs: "Runs", protocol: str, metrics: Sequence[str], options: ScreenOptions
+    runs: "Runs", protocol: str, metrics: Sequence[str], *, verbose: bool, quiet: bool
 ) -> None:
     """Print the answer and a short table, and with --verbose all tables."""
     from trackmark.bench.analysis.run_summary import summarise, summarise_times
@@ -244,16 +274,14 @@ def _print_scores(
     with report_slow_work("Scoring runs"):
         if protocol == "timing":
             lines = summarise_times(runs)
-            lines = lines[:1] if options.quiet else lines
+            lines = lines[:1] if quiet else lines
         elif "native" in metrics and (summary := summarise(runs)):
-            lines, warnings = summary.lines(quiet=options.quiet), summary.warnings
-        other_metrics = [
-            name for name in metrics if not lines or options.verbose or name != "native"
-        ]
-        if other_metrics and not (options.quiet and lines):
+            lines, warnings = summary.lines(quiet=quiet), summary.warnings
+        other_metrics = [name for name in metrics if not lines or verbose or name != "native"]
+        if other_metrics and not (quiet and lines):
             from trackmark.bench.analysis.by_metrics import summary_text
 
-            tables = summary_text(runs, other_metrics, only_means=not options.verbose).splitlines()
+            tables = summary_text(runs, other_metrics, only_means=not verbose).splitlines()
             lines += [*([""] if lines and tables else []), *tables]
     print_result(lines)
     for warning in warnings:

@@ -1,6 +1,5 @@
 """Draw a sequence with boxes of trackers: film strip, video or page."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -8,15 +7,17 @@ import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE
 from trackmark.bench.commands._options import (
+    OUTPUT_FILE,
+    PATH,
+    SPECIFICATION,
     Command,
-    argument,
+    IntegerRange,
+    input_option,
     layout_option,
-    option,
     output_option,
     split_list,
     trajectory_option,
     truth_option,
-    with_options,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -31,36 +32,50 @@ if TYPE_CHECKING:
     from trackmark.datasets import Sequence
 
 
-@dataclass(frozen=True, kw_only=True)
-class ShowOptions:
-    """Options of the command."""
-
-    sequence: str = argument()
-    truth: Path | None = truth_option()
-    layout: Path | None = layout_option()
-    results: Path | None = option("Also draw boxes of stored runs in this results folder.")
-    live: str | None = option(
-        "Run these trackers and write a page with their internal data.",
-        metavar="TRACKER[,TRACKER]…",
-    )
-    trajectory: "Trajectory" = trajectory_option()
-    repetition: int = option("Index of the repetition that is drawn or run.", default=0, minimum=0)
-    output: Path | None = output_option(
-        "Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
-        type=click.Path(path_type=Path, dir_okay=False),
-    )
-    count: int = output_option(
-        "Number of frames of a film strip.", "--frames", default=10, minimum=1
-    )
-    first_frame: int = output_option("First frame to draw.", default=0, minimum=0)
-    last_frame: int | None = output_option(
-        "Last frame to draw.  [default: last of the sequence]", minimum=0
-    )
-
-
 @click.command("show", cls=Command)
-@with_options(ShowOptions)
-def command(options: ShowOptions) -> int:
+@click.argument("sequence", type=SPECIFICATION)
+@truth_option
+@layout_option
+@input_option("--results", type=PATH, help="Also draw boxes of stored runs in this results folder.")
+@input_option(
+    "--live",
+    metavar="TRACKER[,TRACKER]…",
+    type=SPECIFICATION,
+    help="Run these trackers and write a page with their internal data.",
+)
+@trajectory_option
+@input_option(
+    "--repetition",
+    type=IntegerRange(0),
+    default=0,
+    help="Index of the repetition that is drawn or run.",
+)
+@output_option(
+    "--output",
+    type=OUTPUT_FILE,
+    help="Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
+)
+@output_option(
+    "--frames", type=IntegerRange(1), default=10, help="Number of frames of a film strip."
+)
+@output_option("--first-frame", type=IntegerRange(0), default=0, help="First frame to draw.")
+@output_option(
+    "--last-frame",
+    type=IntegerRange(0),
+    help="Last frame to draw.  [default: last of the sequence]",
+)
+def command(
+    sequence: str,
+    truth: Path | None,
+    results: Path | None,
+    live: str | None,
+    trajectory: "Trajectory",
+    repetition: int,
+    output: Path | None,
+    frames: int,
+    first_frame: int,
+    last_frame: int | None,
+) -> int:
     """Draw a sequence with boxes of trackers: film strip, video or page.
 
     SEQUENCE is a name or a path. The film strip or video shows its ground truth and boxes of stored
@@ -76,62 +91,60 @@ def command(options: ShowOptions) -> int:
     from trackmark import datasets
     from trackmark.reports.overlay import TRUTH
 
-    if options.live is not None:
-        return _live(options, split_list(options.live))
-    sequence, output, results = options.sequence, options.output, options.results
-    first, last = options.first_frame, options.last_frame
+    if live is not None:
+        page = output or Path("live.html")
+        return _live(split_list(live), sequence, truth, repetition, page)
     if output is None:
         raise click.UsageError("The output is missing. Use --output FILE (.png or .mp4) or --live.")
     if output.suffix not in (".png", ".mp4"):
         raise click.BadParameter(f"{output} is neither .png nor .mp4.", param_hint="--output")
-    if results is None and options.trajectory != "online":
+    if results is None and trajectory != "online":
         raise click.BadParameter(
             "requires --results, because it selects boxes of stored runs.",
             param_hint="--trajectory",
         )
     with report_slow_work(f"Opening {sequence}"):
-        opened = datasets.load(sequence, truth=options.truth)
+        opened = datasets.load(sequence, truth=truth)
     source = Path(sequence).resolve()
     if output.exists() and source in (output.resolve(), *output.resolve().parents):
         raise click.BadParameter(
             f"{output} is part of the sequence and would be overwritten.", param_hint="--output"
         )
-    end = len(opened) - 1 if last is None else last
-    if not first <= end < len(opened):
+    last = len(opened) - 1 if last_frame is None else last_frame
+    if not first_frame <= last < len(opened):
         raise click.BadParameter(
-            f"frames {first} to {end} are not among 0 to {len(opened) - 1}.",
+            f"frames {first_frame} to {last} are not among 0 to {len(opened) - 1}.",
             param_hint="--last-frame",
         )
     boxes: dict[str, Any] = {TRUTH: opened.boxes} if opened.present.any() else {}
     outlines: dict[str, Any] = {}
     if results is not None:
-        tracker_boxes, outlines = _boxes_of_runs(
-            results, opened, options.repetition, options.trajectory
-        )
+        tracker_boxes, outlines = _boxes_of_runs(results, opened, repetition, trajectory)
         boxes |= tracker_boxes
-    _draw(opened, range(first, end + 1), boxes, outlines, output, options.count)
+    _draw(opened, range(first_frame, last + 1), boxes, outlines, output, frames)
     click.echo(str(output))
     return 0
 
 
-def _live(options: ShowOptions, trackers: list[str]) -> int:
+def _live(
+    trackers: list[str], sequence: str, truth: Path | None, repetition: int, page: Path
+) -> int:
     """Run trackers, write the page, and return the exit status."""
     from trackmark.bench.experiments.experiment import SequenceSpec
     from trackmark.bench.pages.live_page import write_live_page
 
-    output = options.output or Path("live.html")
     context = click.get_current_context()
-    for name in ("results", "trajectory", "count", "first_frame", "last_frame"):
+    for name in ("results", "trajectory", "frames", "first_frame", "last_frame"):
         if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-            option = "--frames" if name == "count" else f"--{name.replace('_', '-')}"
+            option = f"--{name.replace('_', '-')}"
             raise click.UsageError(f"{option} and --live exclude each other.")
-    if output.suffix != ".html":
-        raise click.BadParameter(f"{output} is not an .html file.", param_hint="--output")
+    if page.suffix != ".html":
+        raise click.BadParameter(f"{page} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("the list is empty. Name at least one.", param_hint="--live")
-    source = SequenceSpec(options.sequence, options.truth)
+    source = SequenceSpec(sequence, truth)
     with progress_bar("Running trackers", None, "frame") as progress:
-        paths, failures = write_live_page(trackers, source, output, progress, options.repetition)
+        paths, failures = write_live_page(trackers, source, page, progress, repetition)
     for failure in failures:
         print_error(failure.partition("\n")[0])
     click.echo(str(paths[0]))
@@ -176,9 +189,9 @@ def _draw(
     boxes: dict[str, Any],
     outlines: dict[str, Any],
     output: Path,
-    count: int,
+    n_shown: int,
 ) -> None:
-    """Write a film strip of `count` frames, or a video of all frames."""
+    """Write a film strip of `n_shown` frames, or a video of all frames."""
     from trackmark.bench.analysis.outlines import outlines_on
     from trackmark.bench.output_files import write_file
     from trackmark.reports.overlay import evenly_spaced, film_strip, save_png
@@ -186,7 +199,7 @@ def _draw(
 
     lines = outlines_on(sequence, outlines)
     if output.suffix == ".png":
-        shown_frames = evenly_spaced(frames.start, frames.stop - 1, count)
+        shown_frames = evenly_spaced(frames.start, frames.stop - 1, n_shown)
         image = sequence.__getitem__
         strip = film_strip(image, shown_frames, boxes, sequence.name, lines_of=lines)
         write_file(output, lambda file: save_png(file, strip))

@@ -10,16 +10,18 @@ import click
 
 from trackmark.bench.commands._execution import plan_and_execute
 from trackmark.bench.commands._options import (
+    PATH,
+    SPECIFICATION,
     Command,
     ExecutionOptions,
-    ScreenOptions,
-    argument,
+    IntegerRange,
+    execution_options,
+    input_option,
     matching_sequences,
     name_option,
-    option,
     output_option,
+    screen_options,
     split_list,
-    with_options,
 )
 from trackmark.bench.commands._progress import (
     RunProgress,
@@ -37,35 +39,52 @@ if TYPE_CHECKING:
     from trackmark.bench.stress.breaking_points import StressTest
 
 
-@dataclass(frozen=True, kw_only=True)
-class StressOptions(ScreenOptions, ExecutionOptions):
-    """Options of the command."""
-
-    trackers: tuple[str, ...] = argument(nargs=-1, required=True)
-    difficulties: str = option(
-        "Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
-        "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
-        "--difficulty",
-        metavar="NAMES",
-    )
-    sequences: str = option(
-        "Comma-separated names, paths or patterns; scenes vary unless one is named.",
-        metavar="SEQUENCES",
-        default="plain/target",
-    )
-    max_runs: int = option(
-        "Maximum number of runs per tracker and difficulty.", "--runs", default=100, minimum=20
-    )
-    against: str = option(
-        "Tracker by whose breaking points the others are divided.", default="camshift"
-    )
-    name: str = name_option(default="stress")
-    output: Path | None = output_option("Write tables, curves and all runs to this folder.")
-
-
 @click.command("stress", cls=Command)
-@with_options(StressOptions)
-def command(options: StressOptions) -> int:
+@click.argument("trackers", nargs=-1, required=True, type=SPECIFICATION)
+@input_option(
+    "--difficulty",
+    "difficulties",
+    required=True,
+    metavar="NAMES",
+    help="Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
+    "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
+)
+@input_option(
+    "--sequences",
+    metavar="SEQUENCES",
+    type=SPECIFICATION,
+    default="plain/target",
+    help="Comma-separated names, paths or patterns; scenes vary unless one is named.",
+)
+@input_option(
+    "--runs",
+    "max_runs",
+    type=IntegerRange(20),
+    default=100,
+    help="Maximum number of runs per tracker and difficulty.",
+)
+@input_option(
+    "--against",
+    default="camshift",
+    help="Tracker by whose breaking points the others are divided.",
+)
+@name_option(default="stress")
+@output_option("--output", type=PATH, help="Write tables, curves and all runs to this folder.")
+@execution_options
+@screen_options
+def command(
+    trackers: tuple[str, ...],
+    difficulties: str,
+    sequences: str,
+    max_runs: int,
+    against: str,
+    name: str,
+    output: Path | None,
+    options: ExecutionOptions,
+    as_json: bool,
+    verbose: bool,
+    quiet: bool,
+) -> int:
     """Find the level of a difficulty at which half of the runs survive.
 
     Each difficulty is increased until the trackers lose the target. Most runs are made at levels
@@ -92,41 +111,39 @@ def command(options: StressOptions) -> int:
     )
     from trackmark.reports.renderers import terminal_lines
 
-    if not (difficulty_texts := split_list(options.difficulties)):
+    if not (listed := split_list(difficulties)):
         raise click.UsageError("--difficulty: the list is empty. Name at least one.")
-    trackers = resolve_specs(
-        spec for listed in (*options.trackers, options.against) for spec in split_list(listed)
-    )
-    specs = {tracker.label: spec for spec, tracker in trackers.items()}
-    sequences = RunSequences([source.spec for source in matching_sequences(options.sequences)])
-    difficulties = {parse_difficulty(text, sequences.sequences): None for text in difficulty_texts}
-    if len({difficulty.name for difficulty in difficulties}) < len(difficulties):
+    resolved = resolve_specs(split_list(",".join([*trackers, against])))
+    specs = {tracker.label: spec for spec, tracker in resolved.items()}
+    run_sequences = RunSequences([source.spec for source in matching_sequences(sequences)])
+    # Names that are given twice with the same range are one difficulty.
+    parsed = dict.fromkeys(parse_difficulty(item, run_sequences.sequences) for item in listed)
+    if len({difficulty.name for difficulty in parsed}) < len(parsed):
         raise click.UsageError(
             "--difficulty: a name is given twice, with different ranges. Give each name once."
         )
     stress_tests = [
-        StressTest(label, difficulty, sequences, options.max_runs)
-        for difficulty in difficulties
+        StressTest(label, difficulty, run_sequences, max_runs)
+        for difficulty in parsed
         for label in specs
     ]
-    names = ", ".join(difficulty.name for difficulty in difficulties)
-    title = f"{options.name}: {len(specs)} trackers, {names}"
-    with RunProgress(title, options.results_root / options.name) as progress:
-        runner = _Runner(options, progress, specs)
-        stress_tests = _complete_tests(runner, stress_tests)
-    result = BreakingPoints(stress_tests, trackers[options.against].label)
-    if options.as_json:
+    folder = options.results_root / name
+    title = f"{name}: {len(specs)} trackers, {', '.join(entry.name for entry in parsed)}"
+    with RunProgress(title, folder) as progress:
+        stress_tests = _complete_tests(_Runner(name, options, progress, specs), stress_tests)
+    result = BreakingPoints(stress_tests, resolved[against].label)
+    if as_json:
         click.echo(json.dumps(stress_json(result), allow_nan=False))
     else:
         print_result(breaking_point_lines(result))
-        if not options.quiet:
+        if not quiet:
             for table in stress_tables(result):
                 click.echo("\n".join(["", *terminal_lines(table, "--output")]))
-    print_corner_hints(open_runs(options.results_root / options.name))
-    if (folder := options.output) is not None:
+    print_corner_hints(open_runs(folder))
+    if output is not None:
         paths = [
-            *write_tables(folder, stress_tables(result, with_runs=True)),
-            *write_curves(result, folder),
+            *write_tables(output, stress_tables(result, with_runs=True)),
+            *write_curves(result, output),
         ]
         print_message("\n".join(list_written_files(paths)))
     return 0
@@ -136,7 +153,8 @@ def command(options: StressOptions) -> int:
 class _Runner:
     """Executor of the runs of the command."""
 
-    options: StressOptions
+    name: str  # name of the results folder
+    options: ExecutionOptions
     progress: RunProgress
     specs: Mapping[str, str]  # specifications of the trackers, by label
     opened_sequences: "OpenedSequences" = field(default_factory=dict)
@@ -149,7 +167,7 @@ class _Runner:
         from trackmark.datasets.interface import SequenceError, UnusableSequencesError
 
         experiment = Experiment(
-            self.options.name,
+            self.name,
             tuple(self.specs[label] for label in labels),
             tuple(map(SequenceSpec, sequences)),
             title="Breaking points",
@@ -161,7 +179,7 @@ class _Runner:
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}
-        runs = Runs.open(execution.folder).select(execution.plan.requested_runs().versions)
+        runs = Runs.open(execution.folder).select(execution.plan.requested)
         return runs.table, specs
 
 

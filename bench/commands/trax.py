@@ -4,14 +4,13 @@ import os
 import secrets
 import sys
 import traceback
-from dataclasses import dataclass
 from itertools import count
 from typing import TYPE_CHECKING
 
 import click
 
 from trackmark.bench.commands import EXIT_NEGATIVE, EXIT_WRONG_INPUT
-from trackmark.bench.commands._options import Command, argument, option, with_options
+from trackmark.bench.commands._options import SPECIFICATION, Command, IntegerRange, input_option
 from trackmark.bench.commands._progress import print_message
 from trackmark.bench.commands._terminal import print_error
 
@@ -19,19 +18,14 @@ if TYPE_CHECKING:
     from trackmark.trackers import Tracker
 
 
-@dataclass(frozen=True, kw_only=True)
-class TraxServerOptions:
-    """Options of the command."""
-
-    name: str = argument(metavar="TRACKER")
-    seed: int | None = option(
-        "Seed of the first initialisation; each later one adds 1.  [default: random]", minimum=0
-    )
-
-
 @click.command("trax", cls=Command)
-@with_options(TraxServerOptions)
-def command(options: TraxServerOptions) -> int:
+@click.argument("tracker", type=SPECIFICATION)
+@input_option(
+    "--seed",
+    type=IntegerRange(0),
+    help="Seed of the first initialisation; each later one adds 1.  [default: random]",
+)
+def command(tracker: str, seed: int | None) -> int:
     """Serve a tracker over TraX, so that vot-toolkit can run it.
 
     TRACKER is a specification as in `trackmark run --trackers`. The command exchanges messages of
@@ -63,11 +57,11 @@ def command(options: TraxServerOptions) -> int:
     from trackmark.trackers.base.global_generators import GlobalGenerators
     from trackmark.trackers.base.plain import seed_number
 
-    spec = resolve_specs([options.name])[options.name]
+    spec = resolve_specs([tracker])[tracker]
     if spec.init != BOXES:
-        raise click.UsageError(f"{options.name}: the client chooses the region. Omit init.")
+        raise click.UsageError(f"{tracker}: the client chooses the region. Omit init.")
     # Repetitions of vot-toolkit start this command again and must differ.
-    first = secrets.randbits(32) if options.seed is None else options.seed
+    first = secrets.randbits(32) if seed is None else seed
     if spec.randomness != "none":
         print_message(f"trackmark: seed {first}")
     seeds = map(np.random.SeedSequence, count(first))
@@ -76,10 +70,10 @@ def command(options: TraxServerOptions) -> int:
         create = trackers.resolve(create.name, **create.options).create
 
     def make() -> "Tracker":
-        seed = next(seeds)
+        sequence = next(seeds)
         # No other tracker runs in this process: it suffices to seed the generators once.
-        GlobalGenerators(seed_number(seed)).__enter__()
-        return create(seed)
+        GlobalGenerators(seed_number(sequence)).__enter__()
+        return create(sequence)
 
     try:
         serve_client(make, spec.label, sys.stdin.buffer, answers)

@@ -1,18 +1,18 @@
 """Interleaved timing: trackers take turns of a few frames, each in its own process.
 
 Other load of the machine thus affects all trackers equally. `time_interleaved` times trackers in
-processes of their own (`timed_clips.py`). `take_turns` also times objects of this process that
-implement `Timed`.
+processes of their own (`timed_clips.py`). `take_turns` also times functions of this process.
 """
 
 import gc
 import json
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import asdict
+from functools import partial
 from itertools import pairwise
 from math import inf
-from typing import NamedTuple, Protocol
+from typing import NamedTuple, TypeAlias
 
 import cv2
 import numpy as np
@@ -70,32 +70,6 @@ def one_thread() -> Iterator[None]:
         cv2.setNumThreads(threads)
 
 
-class _TimedProcess:
-    """Process that runs a tracker, as a `Timed`."""
-
-    def __init__(self, setup: Setup, clips: Sequence[Clip]) -> None:
-        self._revision = setup.revision
-        arguments = json.dumps([asdict(setup), [asdict(clip) for clip in clips]])
-        self._process = WorkerProcess(
-            "trackmark.bench.evaluation.timed_clips:TimedClips", [arguments], name=setup.name
-        )
-        self.close = self._process.close
-
-    def turn(self, clip_index: int, start: int, stop: int) -> TurnTime:
-        """See `Timed`; raises `TurnError`."""
-        try:
-            reply = self._process.ask(
-                TURN_LIMIT, "turn", clip_index=clip_index, start=start, stop=stop
-            )
-            time = TurnTime(**reply)
-            if 0 < time.seconds < inf:
-                return time
-            reason = f"{time.seconds!r} is not a duration"
-        except TrackerError as error:
-            reason = str(error).partition("\n")[0]
-        raise TurnError(f"as of {self._revision}, {reason}" if self._revision else reason)
-
-
 def time_interleaved(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[np.float64]:
     """Time trackers on the same clips, in new processes.
 
@@ -103,39 +77,57 @@ def time_interleaved(setups: Sequence[Setup], clips: Sequence[Clip]) -> NDArray[
 
     Raises `TurnError` if a tracker cannot be timed.
     """
+    timed: list[TimedFunction] = []
     with ExitStack() as stack:
-        processes = []
         for setup in setups:
-            processes.append(process := _TimedProcess(setup, clips))
+            arguments = json.dumps([asdict(setup), [asdict(clip) for clip in clips]])
+            process = WorkerProcess(
+                "trackmark.bench.evaluation.timed_clips:TimedClips", [arguments], name=setup.name
+            )
             stack.callback(process.close)
-        return take_turns(processes, [clip.n_frames for clip in clips]).seconds
+            timed.append(partial(_time_in_process, process, setup.revision))
+        return take_turns(timed, [clip.n_frames for clip in clips]).seconds
 
 
-class Timed(Protocol):
-    """Object that `take_turns` can time."""
+def _time_in_process(
+    process: WorkerProcess, revision: str, clip_index: int, start: int, stop: int
+) -> TurnTime:
+    """Return the time of a turn of a tracker in its process; raise `TurnError` if it fails."""
+    try:
+        reply = process.ask(TURN_LIMIT, "turn", clip_index=clip_index, start=start, stop=stop)
+        time = TurnTime(**reply)
+        if 0 < time.seconds < inf:
+            return time
+        reason = f"{time.seconds!r} is not a duration"
+    except TrackerError as error:
+        reason = str(error).partition("\n")[0]
+    raise TurnError(f"as of {revision}, {reason}" if revision else reason)
 
-    def turn(self, clip_index: int, start: int, stop: int) -> TurnTime:
-        """Return the time of updates `start` to `stop`; 0 creates a new tracker."""
-        ...
+
+TimedFunction: TypeAlias = Callable[[int, int, int], TurnTime]
+"""Function of clip, start and stop that returns the time of the updates `start` to `stop`.
+
+A start of 0 creates a new tracker.
+"""
 
 
 class Turns(NamedTuple):
-    """Times without run delay (objects, passes, turns) [s]; and clip, start, stop of each turn."""
+    """Times without run delay (functions, passes, turns) [s]; and clip, start, stop by turn."""
 
     seconds: NDArray[np.float64]
     turns: list[tuple[int, int, int]]
 
 
 def take_turns(
-    timed: Sequence[Timed],
+    timed: Sequence[TimedFunction],
     n_frames: Sequence[int],
     min_passes: int = _MIN_PASSES,
     seconds: float = _PASSES_SECONDS,
 ) -> Turns:
-    """Time objects that take turns, after a warm-up.
+    """Time functions that take turns, after a warm-up.
 
     `n_frames` is the number of frames of each clip. `min_passes` is the minimum number of passes.
-    `seconds` is the total time of all passes of the slowest object [s].
+    `seconds` is the total time of all passes of the slowest one [s].
     """
     for limit in (2, max(n_frames)):  # compiles kernels, then fills caches
         warming = [(index, 0, min(limit, stop)) for index, stop in enumerate(n_frames)]
@@ -152,9 +144,9 @@ def take_turns(
 
 
 def _undisturbed_pass(
-    timed: Sequence[Timed], turns: Sequence[tuple[int, int, int]], first: int
+    timed: Sequence[TimedFunction], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """Return the seconds of a pass, shape (objects, turns).
+    """Return the seconds of a pass, shape (functions, turns).
 
     A pass that other load disturbs is repeated. If other load disturbs all repetitions, the one
     with the smallest run delay counts.
@@ -171,12 +163,12 @@ def _undisturbed_pass(
 
 
 def _pass(
-    timed: Sequence[Timed], turns: Sequence[tuple[int, int, int]], first: int
+    timed: Sequence[TimedFunction], turns: Sequence[tuple[int, int, int]], first: int
 ) -> NDArray[np.float64]:
-    """Return seconds and run delays, shape (objects, turns, 2); the first one rotates by turns."""
+    """Return seconds and run delays, by function and turn; the first one rotates."""
     times = np.empty((len(timed), len(turns), 2))
     for i, turn in enumerate(turns):
         for step in range(len(timed)):
             index = (first + i + step) % len(timed)
-            times[index, i] = timed[index].turn(*turn)
+            times[index, i] = timed[index](*turn)
     return times

@@ -22,15 +22,15 @@ from trackmark.bench.evaluation.ground_truth import (
     frames_of_segments,
     select_ground_truth,
 )
-from trackmark.bench.evaluation.machine import machine_name
 from trackmark.bench.evaluation.run_context import RunContext, SharedState
 from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import RemoteTracker
-from trackmark.bench.external.process import ExternalTrackerError
+from trackmark.bench.external.process import ExternalTrackerError, exception_text
 from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import RUN_DELAY_CLOCK, WALL_CLOCK, Times, time_fields
+from trackmark.bench.operating_system import machine_name
 from trackmark.bench.protocols import (
     ONE_PASS,
     TIMING,
@@ -48,7 +48,6 @@ from trackmark.trackers import (
     Mask,
     RevisingTracker,
     Tracker,
-    TrackerError,
     WeightMapTracker,
 )
 from trackmark.trackers.base.call_clock import CallClock, CallTime, device_name, synchronise
@@ -81,13 +80,28 @@ def uses_shared_state(spec: TrackerSpec) -> bool:
     return not spec.is_built_in and not spec.is_isolated
 
 
+class Observer:
+    """Callbacks of a pass over a sequence, empty by default."""
+
+    def on_frame(self, frame: int, n_done: int) -> None:
+        """Handle progress: `frame` is the present frame, and `n_done` frames are done."""
+
+    def on_tracker_return(self, run_index: int, seconds: float) -> None:
+        """Handle the event that a tracker has returned or raised, after a number of seconds."""
+
+    def on_exhausted_memory(self) -> None:
+        """Handle the event that the memory of this process does not suffice for a tracker."""
+
+
+NULL_OBSERVER = Observer()
+
+
 class Recorder:
     """One run: a tracker on the segments of a protocol, and its estimates so far.
 
     `run_index` is the index of the run in its pass. For `protocol`, `keep_arrays`, `run_seconds`
-    and `raise_errors`, see `run_protocol`. `on_exhausted_memory` is called if the memory of this
-    process does not suffice for the tracker. `clock` can be shared by runs whose calls do not
-    overlap. `state` is the state of the process in the pass. `failure` is empty until the run
+    `raise_errors` and `observer`, see `run_protocol`. `clock` can be shared by runs whose calls do
+    not overlap. `state` is the state of the process in the pass. `failure` is empty until the run
     fails. `seconds` is the wall time of all calls of the tracker [s].
     """
 
@@ -102,9 +116,9 @@ class Recorder:
         keep_arrays: bool = False,
         run_seconds: float = inf,
         raise_errors: bool = False,
-        on_exhausted_memory: Callable[[], None] = lambda: None,
-        clock: CallClock | None = None,
-        state: SharedState | None = None,
+        observer: Observer = NULL_OBSERVER,
+        clock: CallClock,
+        state: SharedState,
     ) -> None:
         if repetition < 0:
             raise ValueError(f"the repetition is {repetition}. Expected: 0 or more.")
@@ -119,7 +133,7 @@ class Recorder:
         self._frames = frames_of_segments(self._protocol, self.segments, len(sequence))
         self._spec, self._run_seconds = spec, run_seconds
         self._raise_errors = raise_errors
-        self._on_exhausted_memory = on_exhausted_memory
+        self._observer = observer
         # Only one-pass runs store masks, arrays and the boxes of `finish`.
         self._complete = protocol == ONE_PASS
         self._revises = protocol in (ONE_PASS, TIMING)
@@ -129,7 +143,7 @@ class Recorder:
         self._all_rows = np.full((n, COLUMNS), nan)
         self._stop = 0  # end row of the current segment
         self._trackers_begun = 0
-        self._clock = clock or CallClock()
+        self._clock = clock
         self._updates: list[CallTime] = []
         self._inits: list[float] = []  # seconds
         self._clock_name = RUN_DELAY_CLOCK if self._clock.has_run_delay else WALL_CLOCK
@@ -145,7 +159,7 @@ class Recorder:
         self._first_seen = 0
         self._controller = Controller()
         self._made: Tracker | None = None
-        self._state = state or SharedState(may_share=False)
+        self._state = state
         self._context: RunContext | None = None
         self._process = os.getpid()
         self._printed = ""  # output of trackers in other processes
@@ -185,24 +199,20 @@ class Recorder:
             self._first_seen = 0 if isinstance(self._made, EarlyFrameTracker) else frame
             self._call(frame, lambda: self._initialise(shared_frame, box.copy(), mask))
 
-    def follow(self, shared_frame: SharedFrame, frame: int) -> float:
-        """Process a frame as the protocol requires; return the time that the tracker took [s]."""
-        seconds = 0.0
+    def follow(self, shared_frame: SharedFrame, frame: int) -> None:
+        """Process a frame as the protocol requires."""
         step = self._controller.action(frame)
         if step is Action.UPDATE:
-            seconds = self._update_tracker(shared_frame, frame)
+            self._update_tracker(shared_frame, frame)
         elif step is Action.RESTART:
             self.release()
             if self.failure:
-                return 0.0
-            before = self.seconds
+                return
             self.start(shared_frame, frame, self._sequence.mask(frame))
-            seconds = self.seconds - before
         if (answered := self._controller.estimate_frames) is not None and not self.failure:
             if step is Action.UPDATE:
                 self._estimates[frame] = self._rows[frame].copy()
             self._rows[frame] = self._estimates[answered[frame]]
-        return seconds
 
     def compare(self, frame: int, truth: Mask) -> None:
         """Compare the last mask of the tracker with the ground-truth mask.
@@ -278,7 +288,11 @@ class Recorder:
             self._fail(frame, error)
             return None
         finally:
-            self.seconds += perf_counter() - began
+            self._count_seconds(perf_counter() - began)
+
+    def _count_seconds(self, seconds: float) -> None:
+        self.seconds += seconds
+        self._observer.on_tracker_return(self.run_index, seconds)
 
     def release(self) -> None:
         """Drop the tracker, which the run no longer needs; its process may fail until its end."""
@@ -354,11 +368,11 @@ class Recorder:
             return self._plain.convert(shared_frame.image)
         return shared_frame.image
 
-    def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> float:
-        """Update the tracker and store its estimate; return the time that it took [s]."""
+    def _update_tracker(self, shared_frame: SharedFrame, frame: int) -> None:
+        """Update the tracker and store its estimate."""
         saved = shared_frame.saved_seconds
-        began = perf_counter()
         seconds = 0.0
+        began = perf_counter()
         try:
             update = self._called.update_shared if self._shared else self._called.update
             estimate, call = self._in_context(self._timed, update, self._argument(shared_frame))
@@ -373,14 +387,13 @@ class Recorder:
         except BaseException as error:  # noqa: BLE001  # an exception is the result of the run
             seconds = seconds or perf_counter() - began
             self._fail(frame, error)
-        self.seconds += seconds
+        self._count_seconds(seconds)
         if self.failure:
-            return seconds
+            return
         if self.seconds > self._run_seconds:
             self.fail(frame, f"the run took longer than its limit of {self._run_seconds:g} s")
         elif reason := self._controller.check_estimate(frame, self._rows[frame], call.seconds):
             self.fail(frame, reason)
-        return seconds
 
     def _timed(self, call: Callable[..., R], *arguments: Any) -> tuple[R, CallTime]:
         """Return the result and the times of a call of the tracker."""
@@ -460,16 +473,11 @@ class Recorder:
             error.add_note(f"{self.identity.tracker} on {self._sequence.name}, frame {frame}")
             raise error
         if _lacks_memory(error):
-            self._on_exhausted_memory()
+            self._observer.on_exhausted_memory()
         if fault := machine_fault(error):
             run = f"{self.identity.tracker} on {self._sequence.name}"
             raise MachineError(f"{run}, {self._sequence.frame_name(frame)}: {fault}") from error
-        # The module traceback also handles exceptions whose `__str__` fails.
-        message = " ".join(traceback.format_exception_only(error)).strip().replace("\n", " ")
-        message = message.removeprefix(f"{type(error).__module__}.")
-        if type(error) in (MalformedEstimateError, TrackerError):  # the message suffices
-            message = message.removeprefix(f"{type(error).__name__}: ")
-        stack_trace = "".join(traceback.format_exception(error))
+        message, stack_trace = exception_text(error), "".join(traceback.format_exception(error))
         if isinstance(error, ExternalTrackerError):  # the stack of the harness is of no interest
             message, stack_trace = str(error).partition("\n")[0], str(error)
         # The relevant parts are the start of a message and the end of a traceback.

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence

@@ -67,7 +67,14 @@ def export_results(
                 f"{min(both)}: two runs would be written to this file. Export them to two folders."
             )
         file_texts |= files
-    _write(file_texts, force=force)
+    existing = [path for path in file_texts if os.path.lexists(path)]
+    if existing and not force:
+        raise ExchangeError(
+            f"{existing[0]}: the file exists ({len(existing)} of {len(file_texts)} files do). "
+            "Choose another folder, or replace the files with --force."
+        )
+    for path, text in file_texts.items():
+        write_file(path, text)
     origins = " and ".join(map(str, sorted(first_pixels)))
     on_message(
         f"{format_name} contains {result_format.exports}; pixels are counted from {origins}."
@@ -82,18 +89,6 @@ def export_results(
     if omitted := len(finished) - len(exported):
         on_message(f"{omitted} runs are not exported: {format_name} stores one repetition only.")
     return list(file_texts)
-
-
-def _write(file_texts: Mapping[Path, str], *, force: bool) -> None:
-    """Write texts by path; raise `ExchangeError` if a file exists, unless `force`."""
-    existing = [path for path in file_texts if os.path.lexists(path)]
-    if existing and not force:
-        raise ExchangeError(
-            f"{existing[0]}: the file exists ({len(existing)} of {len(file_texts)} files do). "
-            "Choose another folder, or replace the files with --force."
-        )
-    for path, content in file_texts.items():
-        write_file(path, content)
 
 
 def _run_texts(run: Run, rows: ResultRows, format_name: str, folder: Path) -> Mapping[Path, str]:

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.exchange.result_format import ExchangeError, Rounding
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import overlap
 from trackmark.datasets.box_unit import find_other_unit
 
 ORIGINS = (0, 1)

@@ -6,10 +6,11 @@ ground truth. Times are not imported, because times of different machines are no
 """
 
 import hashlib
+from collections import defaultdict
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -36,7 +37,7 @@ from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets.interface import group_remarks
 
@@ -130,7 +131,7 @@ def import_results(
     """
     store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
     versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
-    store.add_requests(RequestedRuns("", versions))
+    store.add_requests(versions)
     stored_keys, replaced = set(store.list_keys()), list[tuple[Run, str]]()
     for run in runs:
         key = run_key(run.identity)
@@ -153,7 +154,7 @@ def with_imported_runs(
     if both := stored_trackers & {tracker.tracker for tracker in trackers}:
         raise name_collision(runs.folder, min(both))
     imported = read_runs(trackers, sequences_of(runs), on_message)
-    return runs + Runs.in_memory(imported, runs.truths)
+    return runs + Runs.in_memory(imported, runs.truths.values())
 
 
 def name_collision(folder: Path | None, tracker: str) -> ExchangeError:
@@ -171,6 +172,10 @@ def _with_one_protocol(runs: list[Run]) -> list[Run]:
         run if run.segments else replace(run, identity=replace(run.identity, protocol="supervised"))
         for run in runs
     ]
+
+
+_Notes: TypeAlias = defaultdict[str, list[str]]
+"""Messages on the files of a tracker by kind; only the first of each kind is shown."""
 
 
 @dataclass(frozen=True)
@@ -194,25 +199,28 @@ def _read_tracker(
     The first pixel is decided once for all files: one file alone can mislead, because trackers
     round their first boxes or store their own first estimates.
     """
-    notes = _Notes(tracker.folder)
+    notes: _Notes = defaultdict(list)
     files = list(_read_files(tracker, sequences, notes))
     result_format = find_format(tracker.format)
     by_data_set: dict[int, list[_ResultFile]] = {}
     for file in files:
         by_data_set.setdefault(file.sequence.first_pixel, []).append(file)
     origins = {
-        first_pixel: _find_origin(result_format, group, first_pixel, notes)
+        first_pixel: _find_origin(result_format, group, first_pixel, tracker.folder, notes)
         for first_pixel, group in by_data_set.items()
     }
     for file in files:
         boxes = _convert_boxes(result_format, file, origins[file.sequence.first_pixel], notes)
         yield _run(tracker.tracker, file, boxes)
-    for message in notes.messages():
-        on_message(message)
+    for messages in notes.values():
+        n = len(messages) - 1
+        more_files = "1 more file" if n == 1 else f"{n} more files"
+        more = f" The same holds for {more_files} in {tracker.folder}." if n else ""
+        on_message(messages[0] + more)
 
 
 def _read_files(
-    tracker: ImportedTracker, sequences: Sequence[ResultSequence], notes: "_Notes"
+    tracker: ImportedTracker, sequences: Sequence[ResultSequence], notes: _Notes
 ) -> Iterator[_ResultFile]:
     """Yield the content of all files of a tracker on the sequences."""
     result_format = find_format(tracker.format)
@@ -220,24 +228,10 @@ def _read_files(
     names = files_of_sequences([sequence.name for sequence in sequences], files)
     for sequence in sequences:
         if sequence.name not in names:
-            similar = sorted(name for name in files if is_same_name(sequence.name, name))
-            rivals = [
-                other.name
-                for other in sequences
-                if other is not sequence and any(is_same_name(other.name, name) for name in similar)
-            ]
-            alike = ", ".join([*similar, *rivals])
-            raise ExchangeError(
-                f"{tracker.folder}: no results on {sequence.name}. Expected: "
-                f"{result_format.expects}. Results exist on {abbreviated_list(sorted(files))}."
-                + (
-                    f" These names differ in spelling only: {alike}. Rename the files."
-                    * bool(alike)
-                )
-            )
+            raise _no_results(sequence, sequences, list(files), tracker.folder, result_format)
         name = names[sequence.name]
         if name not in (sequence.name, file_name(sequence.name)):
-            notes.add("spelling", f"{name} is read as the results on {sequence.name}.")
+            notes["spelling"].append(f"{name} is read as the results on {sequence.name}.")
         contents = [
             part.read_bytes() for file in files[name] for part in result_format.run_files(file)
         ]
@@ -246,35 +240,37 @@ def _read_files(
         for repetition, path in enumerate(files[name]):
             rows = _fit_rows(result_format, result_format.read(path), sequence, path, notes)
             if rows.simplification:
-                notes.add("simplification", f"{path}: {rows.simplification}.")
+                notes["simplification"].append(f"{path}: {rows.simplification}.")
             segments = _find_segments(result_format, rows, sequence)
             first_boxes = _first_boxes(rows, sequence, segments, path)
             yield _ResultFile(sequence, repetition, path, version, rows, segments, first_boxes)
     if unused := sorted(set(files) - set(names.values())):
-        notes.add(
-            "unused",
+        notes["unused"].append(
             f"{tracker.folder}: results on sequences that were not requested are not imported: "
             f"{abbreviated_list(unused)}.",
         )
 
 
-class _Notes:
-    """Messages on the files of a tracker; of messages of one kind, only the first is shown."""
-
-    def __init__(self, folder: Path) -> None:
-        self.folder = folder
-        self._texts: dict[str, list[str]] = {}
-
-    def add(self, topic: str, message: str) -> None:
-        """Add a message."""
-        self._texts.setdefault(topic, []).append(message)
-
-    def messages(self) -> Iterator[str]:
-        """Yield the first message of each kind, with the number of the others."""
-        for texts in self._texts.values():
-            n = len(texts) - 1
-            files = "1 more file" if n == 1 else f"{n} more files"
-            yield texts[0] + (f" The same holds for {files} in {self.folder}." if n else "")
+def _no_results(
+    sequence: ResultSequence,
+    sequences: Sequence[ResultSequence],
+    files: Sequence[str],
+    folder: Path,
+    result_format: ResultFormat,
+) -> ExchangeError:
+    """Return the error for a sequence without results, or with several possible files."""
+    similar = sorted(name for name in files if is_same_name(sequence.name, name))
+    rivals = [
+        other.name
+        for other in sequences
+        if other is not sequence and any(is_same_name(other.name, name) for name in similar)
+    ]
+    spellings = ", ".join([*similar, *rivals])
+    remedy = f" These names differ in spelling only: {spellings}. Rename the files."
+    return ExchangeError(
+        f"{folder}: no results on {sequence.name}. Expected: {result_format.expects}. Results "
+        f"exist on {abbreviated_list(sorted(files))}.{remedy if spellings else ''}"
+    )
 
 
 def _run(tracker: str, file: _ResultFile, boxes: NDArray[np.float64]) -> Run:
@@ -326,13 +322,12 @@ def _fit_rows(
             "can belong to other frames. Expected: one row per frame. Supply all rows."
         )
     if n < m:
-        notes.add(
-            "short",
+        notes["short"].append(
             f"{problem}: {row} {m} is missing; as in the toolkits, it is "
             f"{result_format.missing_row}.",
         )
     else:
-        notes.add("long", f"{problem}: the rows after {row} {m} are not used.")
+        notes["long"].append(f"{problem}: the rows after {row} {m} are not used.")
     confidence = rows.confidence
     return replace(
         rows,
@@ -389,6 +384,7 @@ def _find_origin(
     result_format: ResultFormat,
     files: Sequence[_ResultFile],
     first_pixel: int,
+    folder: Path,
     notes: _Notes,
 ) -> int:
     """Return the number of the first pixel in the files of a tracker on one data set.
@@ -398,18 +394,16 @@ def _find_origin(
     votes = [find_origin(file.first_boxes.values(), result_format.round_boxes) for file in files]
     decided = majority(votes)
     origin = first_pixel if decided is None else decided
-    folder, n = notes.folder, len(files)
+    n = len(files)
     if decided not in (None, first_pixel):
-        notes.add(
-            "origin",
+        notes["origin"].append(
             f"{folder}: pixels are counted from {origin}, as the first boxes of "
             f"{votes.count(origin)} of {n} files show. The files of the data set count from "
             f"{first_pixel}.",
         )
     other_files = [file for file, vote in zip(files, votes, strict=True) if vote == 1 - origin]
     if other_files:
-        notes.add(
-            "other origin",
+        notes["other origin"].append(
             f"{other_files[0].path}: the first box shows pixels from {1 - origin} "
             f"({len(other_files)} of {n} files). All files of the tracker are read from {origin}.",
         )
@@ -417,8 +411,7 @@ def _find_origin(
         np.isfinite(box.from_file).all() for file in files for box in file.first_boxes.values()
     )
     if decided is None and not other_files and has_boxes:
-        notes.add(
-            "origin",
+        notes["origin"].append(
             f"{folder}: the first boxes do not show whether pixels are counted from 0 or from 1. "
             f"Assumed: from {origin}, as in the files of the data set.",
         )
@@ -434,7 +427,7 @@ def _convert_boxes(
         file.first_boxes, rows.boxes, result_format.round_boxes, file.sequence.image_size
     )
     if message:
-        notes.add("first box", message)
+        notes["first box"].append(message)
     boxes = rows.boxes - [origin, origin, 0, 0]
     starts = np.cumsum([0, *map(len, file.segments)])
     for start, (row, box) in zip(starts, file.first_boxes.items(), strict=False):

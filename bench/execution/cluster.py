@@ -92,7 +92,7 @@ class ClusterExecutor:
     def run_tasks(
         self, tasks: Iterable[Task], limits: Limits, progress: Callable[[int], None]
     ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
-        """See `bench.execution.backend.LocalExecutor`.
+        """See `Pool.run_tasks`.
 
         Raises `ClusterError` if workers have other source code, or if the cluster has no worker for
         a while.

@@ -3,28 +3,40 @@
 import logging
 import os
 from collections.abc import Callable, Generator, Iterator
+from contextlib import closing
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from trackmark import datasets
-from trackmark.bench.evaluation.run_record import Run, drawing_note, with_metadata
-from trackmark.bench.execution.backend import Executor, create_executor
+from trackmark.bench.evaluation.run_record import Run, drawing_note
 from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
+from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
-from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, read_experiment
+from trackmark.bench.experiments.experiment import (
+    Experiment,
+    ExperimentError,
+    SequenceSpec,
+    read_experiment,
+)
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_rows import list_runs, run_row, store_scores
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.runs import Runs
-from trackmark.bench.store.truth import TruthRow, pack_truth, stored_truth, unpack_truth
+from trackmark.bench.store.runs import Runs, list_runs
+from trackmark.bench.store.truth import StoredTruth, stored_truth
 from trackmark.datasets import SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
+from trackmark.datasets.spec_string import name_hint
 from trackmark.trackers import Randomness, TrackerError
+
+if TYPE_CHECKING:
+    from trackmark.bench.execution.cluster import ClusterExecutor
+
+BACKENDS = ("local", "dask")
+"""Names of what executes tasks: worker processes of this machine, or a Dask cluster."""
 
 
 def run_experiment(
@@ -106,25 +118,52 @@ class Execution:
     on_error: Callable[[str], None] = lambda _: None  # called with such a message at once
 
     def __post_init__(self) -> None:
+        if self.backend not in BACKENDS:
+            hint = name_hint(self.backend, BACKENDS)
+            raise ExperimentError(f"unknown backend {self.backend!r}.{hint}")
+        if self.address is not None and self.backend != "dask":
+            raise ExperimentError(
+                "--address is only valid with --backend dask. Omit it, or add --backend dask."
+            )
         self.folder = self.output / self.experiment.name
         self._run_store = RunStore(self.folder)
-        jobs = self.jobs or os.cpu_count() or 1
         self.plan: Plan = make_plan(
-            self.experiment, self._run_store, self.opened_sequences, self.progress, jobs
+            self.experiment,
+            self._run_store,
+            self.opened_sequences,
+            self.progress,
+            self.jobs or os.cpu_count() or 1,
         )
-        self._truths: dict[tuple[SequenceSpec, str], TruthRow] = {}
+        self._truths: dict[tuple[SequenceSpec, str], StoredTruth] = {}
 
     @cached_property
-    def executor(self) -> Executor:
-        """Executor of the runs, with a single worker if runs depend on the time of updates."""
-        jobs = 1 if self.experiment.time_dependent else self.jobs
-        return create_executor(self.backend, jobs=jobs, address=self.address)
+    def cluster(self) -> "ClusterExecutor | None":
+        """Dask cluster that executes the tasks; None for workers of this machine.
+
+        Raises `ImportError`, whose message contains the remedy, if Dask is not installed.
+        """
+        if self.backend == "local":
+            return None
+        from trackmark.bench.execution import cluster
+
+        return cluster.connect(self._max_tasks, self.address)
+
+    @property
+    def _max_tasks(self) -> int | None:
+        """Maximum number of tasks at a time; one if runs depend on the time of updates."""
+        return 1 if self.experiment.time_dependent else self.jobs
+
+    @cached_property
+    def n_workers(self) -> int:
+        """Number of tasks that are executed at the same time."""
+        if self.cluster is not None:
+            return self.cluster.n_workers
+        return self._max_tasks or os.cpu_count() or 1
 
     @cached_property
     def tasks(self) -> Tasks:
         """Tasks of the missing runs."""
-        n_workers = self.executor.n_workers
-        return missing_tasks(self.plan, n_workers=n_workers, retry_failed=self.retry_failed)
+        return missing_tasks(self.plan, n_workers=self.n_workers, retry_failed=self.retry_failed)
 
     def rows(self, progress: Callable[[int], None] = lambda _: None) -> Iterator[dict[str, Any]]:
         """Execute the missing runs; yield the row of each stored run.
@@ -136,52 +175,58 @@ class Execution:
         """
         work = 0
         while True:
-            self._run_store.add_requests(self.plan.requested_runs())
+            title = self.experiment.title or self.experiment.name
+            self._run_store.add_requests(self.plan.requested, title)
             if not self.tasks.n_runs:
                 return
-            drew = yield from self._execute(partial(_report_sum, progress, work))
+            drew = yield from self._execute(progress, work)
             work += self.tasks.work
             if not drew:
                 return
-            before, self.plan = self.plan, self.plan.with_stored(list_runs(self._run_store))
+            before, self.plan = self.plan, self.plan.with_stored(list_runs(self.folder))
             if len(self.plan) == len(before):
                 return
             new = [key not in before.requested for key in self.plan.requested]
             requested = np.array(new).reshape(self.plan.statuses.shape) & (
                 self.plan.statuses <= RunStatus.STALE
             )
-            self.tasks = Tasks(self.plan, requested, self.executor.n_workers)
+            self.tasks = Tasks(self.plan, requested, self.n_workers)
 
     def _execute(
-        self, progress: Callable[[int], None]
+        self, progress: Callable[[int], None], work_before: int
     ) -> Generator[dict[str, Any], None, set[str]]:
         """Execute the present tasks; yield the row of each stored run.
 
         Returns the deterministic trackers that drew from global generators.
         """
-        scored: list[dict[str, Any]] = []
         drew: set[str] = set()
-        try:
-            for task, result in self.executor.run_tasks(self.tasks, self.limits, progress):
-                try:
-                    if isinstance(result, SequenceError):
-                        raise result
-                    rows = self._store(task, result)
-                except UnusableTrackerError as error:
-                    if str(error) not in self.tracker_errors:
-                        self.tracker_errors.append(str(error))
-                    continue
-                except SequenceError as error:
-                    if task.source.spec not in self.errors:
-                        self.on_error(str(error))
-                    self.errors.setdefault(task.source.spec, str(error))
-                    continue
-                scored += rows
-                self._report_drawing(rows, drew)
-                yield from rows
-        finally:
-            store_scores(self.folder, scored)  # otherwise computed by the next reader
+        for task, result in self._run_tasks(lambda work: progress(work_before + work)):
+            try:
+                if isinstance(result, SequenceError):
+                    raise result
+                rows = self._store(task, result)
+            except UnusableTrackerError as error:
+                if str(error) not in self.tracker_errors:
+                    self.tracker_errors.append(str(error))
+                continue
+            except SequenceError as error:
+                if task.source.spec not in self.errors:
+                    self.on_error(str(error))
+                self.errors.setdefault(task.source.spec, str(error))
+                continue
+            self._report_drawing(rows, drew)
+            yield from rows
         return drew
+
+    def _run_tasks(
+        self, progress: Callable[[int], None]
+    ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
+        """Yield the present tasks with their runs as they end; see `Pool.run_tasks`."""
+        if self.cluster is not None:
+            yield from self.cluster.run_tasks(self.tasks, self.limits, progress)
+        else:
+            with closing(Pool(self.n_workers, self.limits)) as pool:
+                yield from pool.run_tasks(self.tasks, progress)
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
         """Log which deterministic trackers of the plan drew from global generators, once each."""
@@ -211,34 +256,21 @@ class Execution:
         key = task.source, task.runs[0].identity.fingerprint
         if key not in self._truths:
             sequence = datasets.load(source.spec, truth=source.truth)
-            row = pack_truth(sequence.fingerprint, stored_truth(sequence))
-            self._truths[task.source, sequence.fingerprint] = row
+            self._truths[task.source, sequence.fingerprint] = stored_truth(sequence)
         if key not in self._truths:
             raise SequenceError(
                 f"{task.source.spec}: the sequence changed during its runs, which were not stored. "
                 "Run the same command again."
             )
         origin = {"source": source.spec, "truth": str(source.truth or "")}
-        complete = [
-            with_metadata(replace(run, metadata={**run.metadata, **origin})) for run in runs
-        ]
+        complete = [replace(run, metadata={**run.metadata, **origin}) for run in runs]
         replaced = [run.replaces for run in task.runs]
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        is_stored = self._run_store.add_all(
-            zip(complete, replaced, strict=True), [self._truths[key]]
-        )
-        truth = unpack_truth(self._truths[key])
-        rows = [
-            run_row(run, truth) for run, is_new in zip(complete, is_stored, strict=True) if is_new
-        ]
+        added = self._run_store.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        rows = [row for row in added if row is not None]
         kept_keys = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
         if kept_keys:  # stored by another process
             all_rows = Runs.open(self.folder).stored_rows
             rows += [row for row in all_rows if run_key(row) in kept_keys]
         return rows
-
-
-def _report_sum(progress: Callable[[int], None], before: int, work: int) -> None:
-    """Report the work done before the present tasks and in them."""
-    progress(before + work)

@@ -14,15 +14,21 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import segment_frames, select_ground_truth
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
-from trackmark.bench.experiments.tracker_spec import BOXES, TrackerSpec, resolve_specs, run_identity
+from trackmark.bench.experiments.tracker_spec import (
+    BOXES,
+    TrackerSpec,
+    UnusableTrackersError,
+    resolve_specs,
+    run_identity,
+)
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.keys import RunKey, run_key
-from trackmark.bench.store.maintenance import SequenceOrigin, find_other_origin, origins_by_name
-from trackmark.bench.store.run_rows import list_runs
-from trackmark.bench.store.run_store import MAX_RUNS, RequestedRuns, RunStore
+from trackmark.bench.store.run_rows import SequenceOrigin, find_other_origin, origins_by_name
+from trackmark.bench.store.run_store import MAX_RUNS, RunStore
+from trackmark.bench.store.runs import list_runs
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.interface import UnusableSequencesError
-from trackmark.trackers import Randomness, TrackerError
+from trackmark.trackers import Randomness
 from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 MIN_SEQUENCES_FOR_WORKERS = 12
@@ -76,15 +82,10 @@ class Plan:
     repetitions: NDArray[np.int64]  # number of runs on a sequence, shape (trackers,)
     sequences: list[PlannedSequence]
     versions: list[list[str]]  # `Identity.version` by sequence and tracker
-    stored_versions: Mapping[RunKey, tuple[str, str]]  # version and status
+    stored_versions: Mapping[RunKey, tuple[str, RunStatus]]
 
     def __len__(self) -> int:
         return len(self.sequences) * len(self.run_trackers)
-
-    @cached_property
-    def protocol(self) -> str:
-        """Name of the protocol under which runs are stored."""
-        return self.experiment.protocol_key
 
     @cached_property
     def run_trackers(self) -> NDArray[np.int64]:
@@ -100,10 +101,11 @@ class Plan:
     @cached_property
     def requested(self) -> dict[RunKey, str]:
         """Requested version of each run, ordered by sequence."""
-        labels = [chosen.label for chosen in self.trackers.values()]
+        protocol = self.experiment.protocol_key
+        labels = [spec.label for spec in self.trackers.values()]
         pairs = list(zip(self.run_trackers.tolist(), self.run_repetitions.tolist(), strict=True))
         return {
-            (labels[tracker], sequence.name, repetition, self.protocol): versions[tracker]
+            (labels[tracker], sequence.name, repetition, protocol): versions[tracker]
             for sequence, versions in zip(self.sequences, self.versions, strict=True)
             for tracker, repetition in pairs
         }
@@ -116,12 +118,8 @@ class Plan:
 
     def status(self, key: RunKey) -> RunStatus:
         """Return the status of a requested run."""
-        version, status = self.stored_versions.get(key, ("", ""))
-        if not version:
-            return RunStatus.MISSING
-        if version != self.requested[key]:
-            return RunStatus.STALE
-        return _STORED_STATUSES.get(status, RunStatus.FINISHED)
+        version, status = self.stored_versions.get(key, ("", RunStatus.MISSING))
+        return status if version in ("", self.requested[key]) else RunStatus.STALE
 
     @property
     def n_frames(self) -> NDArray[np.int64]:
@@ -138,10 +136,6 @@ class Plan:
         trackers = np.tile(self.run_trackers, len(self.sequences))
         np.add.at(counts, (trackers, self.statuses.ravel()), 1)
         return counts
-
-    def requested_runs(self) -> RequestedRuns:
-        """Return the requested runs, to be stored with the results."""
-        return RequestedRuns(self.experiment.title or self.experiment.name, self.requested)
 
     def with_stored(self, rows: Iterable[Mapping[str, Any]]) -> "Plan":
         """Return the plan with statuses determined from the stored runs (`rows` of `list_runs`).
@@ -165,13 +159,12 @@ class Plan:
         )
 
 
-_STORED_STATUSES = {"failed": RunStatus.FAILED, "disturbed": RunStatus.DISTURBED}
-
-
-def _stored_status(row: Mapping[str, Any]) -> str:
-    """Return the status of a stored run; `disturbed` for a timing run under other load."""
+def _stored_status(row: Mapping[str, Any]) -> RunStatus:
+    """Return the status of a stored run, if it has the requested version."""
+    if row["status"] == "failed":
+        return RunStatus.FAILED
     is_disturbed = row["protocol"] == TIMING and (row["run_delay_share"] or 0.0) > MAX_RUN_DELAY
-    return "disturbed" if is_disturbed and row["status"] == "finished" else str(row["status"])
+    return RunStatus.DISTURBED if is_disturbed else RunStatus.FINISHED
 
 
 def make_plan(
@@ -192,7 +185,7 @@ def make_plan(
     """
     try:
         trackers = _distinct_trackers(experiment)
-    except TrackerError as error:
+    except UnusableTrackersError as error:
         _raise_with_sequences(error, experiment.sequences)
     sequences: list[PlannedSequence] = []
     versions: list[list[str]] = []
@@ -211,7 +204,7 @@ def make_plan(
         versions.append(
             [run_identity(spec, sequence, 0, protocol).version for spec in trackers.values()]
         )
-    rows = list_runs(store)
+    rows = list_runs(store.folder)
     counts = _repetitions(experiment, trackers, len(sequences))
     plan = Plan(experiment, trackers, counts, sequences, versions, {}).with_stored(rows)
     _check_names(plan, rows, store.folder)
@@ -279,7 +272,9 @@ def _open_all(
         raise UnusableSequencesError(errors, len(keys))
 
 
-def _raise_with_sequences(error: TrackerError, sources: Collection[SequenceSpec]) -> NoReturn:
+def _raise_with_sequences(
+    error: UnusableTrackersError, sources: Collection[SequenceSpec]
+) -> NoReturn:
     """Raise the error on trackers, with the sequences that cannot be used in its message."""
     errors: dict[str, str] = {}
     for source in sources:
@@ -288,7 +283,8 @@ def _raise_with_sequences(error: TrackerError, sources: Collection[SequenceSpec]
         except SequenceError as unusable:
             errors[source.spec] = str(unusable)
     if errors:
-        raise TrackerError(f"{error}\n{UnusableSequencesError(errors, len(sources))}") from None
+        sequences_error = UnusableSequencesError(errors, len(sources))
+        raise UnusableTrackersError(error.errors, error.usable, sequences_error) from None
     raise error
 
 

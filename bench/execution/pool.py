@@ -23,8 +23,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.task import OPENING_SECONDS, Limits, RepeatError, Task
 from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
-from trackmark.bench.operating_system import machine_memory
-from trackmark.bench.process_tree import ProcessTree
+from trackmark.bench.operating_system import ProcessTree, machine_memory
 from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
 from trackmark.datasets import SequenceError
@@ -149,7 +148,12 @@ class Pool:
     def run_tasks(
         self, tasks: Iterable[Task], progress: Callable[[int], None] = lambda _: None
     ) -> Iterator[tuple[Task, list[Run] | SequenceError]]:
-        """Yield tasks with their runs as they end, in any order; see `bench.execution.backend`."""
+        """Yield tasks with their runs as they end, in any order.
+
+        `tasks` is consumed while the work proceeds. `progress` is called repeatedly with the work
+        (`Task.work`) that is done. An exception instead of runs is an error of the sequence;
+        errors of trackers are stored in their runs.
+        """
         remaining, repeated = iter(tasks), deque[Task]()
         work = 0
 

@@ -80,14 +80,14 @@ class Tasks:
 
     def _task(self, sequence: int, runs: list[int]) -> Task:
         plan, planned = self.plan, self.plan.sequences[sequence]
-        specs = list(plan.trackers)
+        specs, protocol = list(plan.trackers), plan.experiment.protocol_key
         planned_runs = []
         for run in runs:
             spec = specs[plan.run_trackers[run]]
             repetition = int(plan.run_repetitions[run])
-            identity = run_identity(plan.trackers[spec], planned, repetition, plan.protocol)
-            key = identity.tracker, planned.name, repetition, plan.protocol
-            version, _ = plan.stored_versions.get(key, ("", ""))
+            identity = run_identity(plan.trackers[spec], planned, repetition, protocol)
+            key = identity.tracker, planned.name, repetition, protocol
+            version, _ = plan.stored_versions.get(key, ("", RunStatus.MISSING))
             planned_runs.append(PlannedRun(spec, identity, version))
         arrays = plan.experiment.keeps_arrays
         return Task(planned.source, tuple(planned_runs), planned.n_frames, keep_arrays=arrays)

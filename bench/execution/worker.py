@@ -22,7 +22,8 @@ from typing import IO, Any
 import cv2
 
 from trackmark import datasets
-from trackmark.bench.evaluation.loop import NULL_OBSERVER, Observer, run_protocol
+from trackmark.bench.evaluation.loop import run_protocol
+from trackmark.bench.evaluation.recorder import NULL_OBSERVER, Observer
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.task import (
     OPENING_SECONDS,
@@ -34,7 +35,7 @@ from trackmark.bench.execution.task import (
 from trackmark.bench.experiments.tracker_spec import (
     Identity,
     TrackerSpec,
-    parse_trackers,
+    parse_tracker,
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
@@ -151,31 +152,28 @@ class _ProgressMessages(Observer):
         limit = max(limits.frame_seconds, *(spec.call_seconds for spec in specs))
         self._silence = READING_SECONDS + limit
         self._last_message = 0.0
-        self.on_frames_done(0)
+        self._n_compiled = channel.n_compiled
+        self.on_frame(0, 0)
 
-    def on_tracker_call(self, run_index: int, frame: int) -> None:
-        """See `Observer`."""
-        self._spec, self._began = self._specs[run_index], monotonic()
-        self._n_compiled = self._channel.n_compiled
-
-    def on_tracker_return(self) -> None:
+    def on_tracker_return(self, run_index: int, seconds: float) -> None:
         """See `Observer`. Raises `RepeatError` after an update that took too long."""
-        is_too_long = monotonic() - self._began > self._frame_seconds
         has_compiled = self._n_compiled != self._channel.n_compiled
+        self._n_compiled = self._channel.n_compiled
         # A process of a tracker has a time limit of its own.
-        if is_too_long and not has_compiled and not self._spec.call_seconds:
+        has_limit = self._specs[run_index].is_isolated
+        if seconds > self._frame_seconds and not has_compiled and not has_limit:
             raise RepeatError(f"an update took longer than {self._frame_seconds:g} s")
 
     def on_exhausted_memory(self) -> None:
         """See `Observer`: another tracker can have used the memory."""
         raise RepeatError(_NO_MEMORY)
 
-    def on_frames_done(self, n_frames: int) -> None:
+    def on_frame(self, frame: int, n_done: int) -> None:
         """See `Observer`."""
         now = monotonic()
         if now - self._last_message > _MESSAGE_SECONDS:
             self._last_message = now
-            self._channel.send("silence", (self._silence, n_frames * len(self._specs)))
+            self._channel.send("silence", (self._silence, n_done * len(self._specs)))
 
 
 def run_task(task: Task, limits: Limits) -> list[Run]:
@@ -213,7 +211,7 @@ def _open(task: Task) -> tuple[Sequence, list[TrackerSpec]]:
     """
     sequence = datasets.load(task.source.spec, truth=task.source.truth)
     try:
-        parsed = parse_trackers(run.tracker for run in task.runs)
+        parsed = {spec: parse_tracker(spec) for spec in dict.fromkeys(r.tracker for r in task.runs)}
     except (TrackerError, OSError) as error:
         message = str(error)
         if isinstance(error, ExternalTrackerError):

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from trackmark.bench.protocols import EvaluationProtocol
 
 FOLDER = Path(__file__).parent
-"""Folder of the papers; their experiments are named `<paper>-<file>`."""
+"""Folder of the experiments in the package."""
 
 VERSION = 1
 
@@ -204,12 +204,7 @@ def _short_name(specs: Sequence[str]) -> str:
 
 def experiment_names() -> list[str]:
     """Return the names of the experiments in the package."""
-    return sorted(_files())
-
-
-def _files() -> dict[str, Path]:
-    """Return the files of the experiments in the package, by name."""
-    return {file.stem: file for file in FOLDER.glob("*.toml")}
+    return sorted(file.stem for file in FOLDER.glob("*.toml"))
 
 
 def read_experiment(name_or_path: str | Path) -> Experiment:
@@ -222,13 +217,12 @@ def read_experiment(name_or_path: str | Path) -> Experiment:
     """
     path = Path(name_or_path)
     if path.suffix != ".toml":
-        files = _files()
-        if str(name_or_path) not in files:
-            hint = name_hint(str(name_or_path), sorted(files))
+        name, names = str(name_or_path), experiment_names()
+        if name not in names:
             raise ExperimentError(
-                f"unknown experiment {str(name_or_path)!r}.{hint} A .toml file is also valid."
+                f"unknown experiment {name!r}.{name_hint(name, names)} A .toml file is also valid."
             )
-        path = files[str(name_or_path)]
+        path = FOLDER / f"{name}.toml"
     return _experiment(path, read_toml(path, ExperimentError))
 
 

@@ -3,9 +3,8 @@
 import hashlib
 import inspect
 import json
-import typing
-from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field, fields, replace
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any, TypeAlias, cast
@@ -13,15 +12,14 @@ from typing import Any, TypeAlias, cast
 import numpy as np
 
 from trackmark import trackers
-from trackmark.bench.external import FRAME_SECONDS, is_external, split_table
-from trackmark.bench.external.idle_processes import close_idle_processes
+from trackmark.bench.external import FRAME_SECONDS, close_idle_processes, is_external, split_table
 from trackmark.bench.protocols import ONE_PASS
+from trackmark.datasets.interface import UnusableSequencesError
 from trackmark.datasets.source_digest import library_versions, source_digest
 from trackmark.datasets.spec_string import format_text, parse_text
 from trackmark.datasets.versioning import find_version
-from trackmark.trackers import Randomness, Tracker, TrackerError
+from trackmark.trackers import Randomness, Tracker, TrackerError, TrackerPlugin
 from trackmark.trackers.base.catalogue import (
-    DEFAULT_PRESET,
     Specification,
     describe_plugin,
     in_file,
@@ -64,19 +62,10 @@ class Identity:
         return bool(self.tracker_code.get("source") == IMPORTED)
 
     @cached_property
-    def digest(self) -> str:
-        """Digest of all fields."""
-        return _digest(self._determining())
-
-    @cached_property
     def version(self) -> str:
         """Digest of all fields except the repetition; runs of equal version can be averaged."""
-        return _digest(self._determining("repetition"))
-
-    def _determining(self, *excluded: str) -> dict[str, Any]:
-        """Return the values by field name; for speed, they are not copied."""
-        names = (entry.name for entry in fields(self))
-        return {name: getattr(self, name) for name in names if name not in excluded}
+        names = [entry.name for entry in fields(self) if entry.name != "repetition"]
+        return _digest({name: getattr(self, name) for name in names})
 
     @cached_property
     def tracker_version(self) -> str:
@@ -94,10 +83,6 @@ def _digest(determining: Mapping[str, Any]) -> str:
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
-TrackerVersions: TypeAlias = dict[tuple[Path | None, str], dict[str, Any]]
-"""Versions of trackers that are known so far, by file and `class_name`."""
-
-
 @dataclass(frozen=True)
 class TrackerSpec:
     """Tracker with validated parameters."""
@@ -109,13 +94,11 @@ class TrackerSpec:
     randomness: Randomness  # source of the tracker's random numbers
     make: TrackerFactory  # creates a tracker from a seed sequence
     file: Path | None  # source file; None for a callable without a file
+    version: Mapping[str, Any]  # versions of source and libraries; see `Identity.tracker_code`
     init: str = BOXES  # as in `Identity`
-    class_name: str = ""  # class in the file, if it is not part of the name
     # Time limit of a call, which the tracker's own process enforces [s]; 0 without such a process.
     call_seconds: float = 0.0
     base_seed: int | None = None  # selects other random numbers for all runs; see `run_seed`
-    # Cache of `version`, also for other trackers of its file, because reading a file is slow.
-    versions: TrackerVersions = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def is_built_in(self) -> bool:
@@ -142,15 +125,8 @@ class TrackerSpec:
             name, options = split_text(self.label)
             options.pop("init", None)
             make = IsolatedFactory(name, options)
-        return replace(self, make=make.limited(frame_seconds), call_seconds=frame_seconds)
-
-    @property
-    def version(self) -> dict[str, Any]:
-        """Version of the source, and versions of libraries; see `Identity`."""
-        key = self.file, self.class_name
-        if key not in self.versions:
-            self.versions[key] = tracker_version(self.name, self.file, self.class_name)
-        return self.versions[key]
+        make = replace(make, frame_seconds=frame_seconds)
+        return replace(self, make=make, call_seconds=frame_seconds)
 
     @property
     def digest(self) -> str:
@@ -180,27 +156,24 @@ def built_in_digest(name: str) -> str | None:
     return _digest(tracker_version(name, file)) if file.is_file() else None
 
 
-def parse_tracker(
-    tracker: str | TrackerFactory, versions: TrackerVersions | None = None
-) -> TrackerSpec:
+def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
     """Return a tracker from its specification, or from a callable that creates the tracker.
 
     `tracker` is `name:key=value:…` or `path/to/file.py:ClassName:key=value:…`, or a callable that
     takes a `numpy.random.SeedSequence`. The class can be omitted if the file defines one tracker.
-    In addition to parameters, keys can be `preset`, `init` and, for files, `as`. `versions` is the
-    cache of the versions of several trackers.
+    In addition to parameters, keys can be `preset`, `init` and, for files, `as`.
 
     Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
     `TypeError` for a tracker object, because its seed is unknown.
     """
     if isinstance(tracker, str):
-        return _from_text(tracker, {} if versions is None else versions)
+        return _from_text(tracker)
     if not callable(tracker):
         raise TypeError(
             f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Use its name, "
             "or a callable that creates the tracker from a numpy.random.SeedSequence."
         )
-    name = getattr(tracker, "__qualname__", type(tracker).__qualname__)
+    name, file = getattr(tracker, "__qualname__", type(tracker).__qualname__), source_file(tracker)
     return TrackerSpec(
         label=name,
         name=name,
@@ -208,7 +181,8 @@ def parse_tracker(
         parameters={},
         randomness=getattr(tracker, "randomness", Randomness.GENERATOR),
         make=tracker,
-        file=source_file(tracker),
+        file=file,
+        version=tracker_version(name, file),
     )
 
 
@@ -221,34 +195,10 @@ def source_file(tracker: TrackerFactory) -> Path | None:
     return Path(source) if source and Path(source).is_file() else None
 
 
-def parse_trackers(
-    specs: Iterable[str], versions: TrackerVersions | None = None
-) -> dict[str, TrackerSpec]:
-    """Return trackers by their specifications, with their versions; see `parse_tracker`."""
-    versions = {} if versions is None else versions
-    parsed = {spec: parse_tracker(spec, versions) for spec in dict.fromkeys(specs)}
-    for tracker in parsed.values():
-        tracker.version  # noqa: B018  # computed now, before the file can change
-    return parsed
-
-
-class SequenceIdentity(typing.Protocol):
-    """Name and fingerprint of a sequence."""
-
-    @property
-    def name(self) -> str: ...  # noqa: D102  # canonical
-
-    @property
-    def fingerprint(self) -> str: ...  # noqa: D102  # digest of pixels and ground truth
-
-
 def run_identity(
-    spec: TrackerSpec,
-    sequence: SequenceIdentity,
-    repetition: int,
-    protocol: str = ONE_PASS,
+    spec: TrackerSpec, sequence: Any, repetition: int, protocol: str = ONE_PASS
 ) -> Identity:
-    """Return the identity of a run of a tracker on a sequence."""
+    """Return the identity of a run; `sequence` has a name and a fingerprint."""
     return Identity(
         tracker=spec.label,
         tracker_name=spec.name,
@@ -263,21 +213,20 @@ def run_identity(
     )
 
 
-def _from_text(tracker: str, versions: TrackerVersions) -> TrackerSpec:
+def _from_text(tracker: str) -> TrackerSpec:
     name, options = split_text(tracker)
     # The initialisation is a choice of the harness, not a parameter of the tracker.
     init = options.pop("init", BOXES)
     if is_external(name, options) or is_outside(name):
-        return _from_outside(name, options, init, versions)
+        return _from_outside(name, options, init)
     specification = trackers.resolve(name, **options)
-    spec = _from_specification(specification, init, versions=versions)
+    version = tracker_version(name, specification.file)
+    spec = _from_specification(specification, init, version=version)
     uses_process = specification.randomness is Randomness.PROCESS
     return spec.isolated(FRAME_SECONDS) if uses_process else spec
 
 
-def _from_outside(
-    name: str, options: dict[str, str], init: str, versions: TrackerVersions
-) -> TrackerSpec:
+def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
     """Return a tracker that is not part of the package; its process is started once."""
     # A command loads the modules of processes only for a tracker that needs a process.
     from trackmark.bench.external.definition import open_external
@@ -288,16 +237,16 @@ def _from_outside(
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
         limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
-        own_versions = {(specification.file, ""): plugin.version}
         return _from_specification(
-            specification, init, call_seconds=max(limits), versions=own_versions
+            specification, init, call_seconds=max(limits), version=plugin.version
         )
     factory, fields = open_isolated(name, options)
     # A file that defines one tracker can omit the class from the name.
     class_name = fields.pop("class_name")
-    named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
-    class_name = "" if named else class_name
-    spec = _make_spec(**fields, init=init, make=factory, class_name=class_name, versions=versions)
+    is_named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
+    file = Path(fields["file"])
+    version = tracker_version(fields["name"], file, "" if is_named else class_name)
+    spec = _make_spec(**fields, init=init, make=factory, version=version)
     return spec.isolated(FRAME_SECONDS)
 
 
@@ -328,7 +277,7 @@ def _make_spec(
     return TrackerSpec(
         label=format_text(name, {**options, **init_option}),
         name=name,
-        preset=options.get("preset", DEFAULT_PRESET),
+        preset=options.get("preset", TrackerPlugin.default_preset),
         parameters=parameters,
         randomness=Randomness(randomness),
         file=Path(file),
@@ -337,32 +286,68 @@ def _make_spec(
     )
 
 
+class UnusableTrackersError(TrackerError):
+    """Error for all trackers of a command that cannot be used, and for its unusable sequences.
+
+    If there are other trackers, the message says how to go on without these. `remedy` is this
+    sentence, and `problem` the message without it.
+
+    Parameters
+    ----------
+    errors : mapping of str to TrackerError
+        Errors by specification.
+    usable : collection of str
+        Specifications of the other trackers.
+    sequences : UnusableSequencesError, optional
+        Error for the sequences of the command.
+    """
+
+    def __init__(
+        self,
+        errors: Mapping[str, TrackerError],
+        usable: Collection[str],
+        sequences: UnusableSequencesError | None = None,
+    ) -> None:
+        self.errors, self.usable, self.sequences = errors, usable, sequences
+        lines = [*map(str, errors.values())]
+        remedies = []
+        if len(errors) + len(usable) > 1:
+            lines.insert(
+                0, f"{len(errors)} of {len(errors) + len(usable)} trackers cannot be used."
+            )
+        if usable:
+            remedies.append(f"To go on without them, name only these trackers: {','.join(usable)}")
+        if sequences:
+            lines.append(sequences.problem)
+            remedies.append(sequences.remedy)
+        self.problem, self.remedy = "\n".join(lines), "\n".join(filter(None, remedies))
+        super().__init__("\n".join(filter(None, (self.problem, self.remedy))))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.errors, self.usable, self.sequences)
+
+
 def resolve_specs(specs: Iterable[str]) -> dict[str, TrackerSpec]:
-    """Return trackers as `parse_trackers`, for use in other processes than this one.
+    """Return trackers by their specifications, for use in other processes than this one.
 
     Files of trackers are imported in processes of their own, which end before this returns.
 
-    Raises one `TrackerError` that names all trackers that cannot be used, and the others.
+    Raises one `UnusableTrackersError` that names all trackers that cannot be used, and the others.
     """
-    specs, versions = list(dict.fromkeys(specs)), TrackerVersions()
+    specs = list(dict.fromkeys(specs))
     parsed: dict[str, TrackerSpec] = {}
-    errors: list[TrackerError] = []
+    errors: dict[str, TrackerError] = {}
     try:
         for spec in specs:
             try:
-                parsed |= parse_trackers([spec], versions)
+                parsed[spec] = parse_tracker(spec)
             except TrackerError as error:
-                errors.append(error)
+                errors[spec] = error
     finally:
         close_idle_processes()
     if not errors:
         return parsed
-    if len(specs) == 1:
-        raise errors[0]
-    lines = [f"{len(errors)} of {len(specs)} trackers cannot be used.", *map(str, errors)]
-    if parsed:
-        lines.append(f"To go on without them, name only these trackers: {','.join(parsed)}")
-    raise TrackerError("\n".join(lines))
+    raise UnusableTrackersError(errors, list(parsed))
 
 
 def describe_tracker(spec: str) -> dict[str, Any]:

@@ -92,13 +92,13 @@ def _read_table(file: Path, name: str) -> dict[str, Any]:
     """Return a table of a TOML file, or a section of `trackers.ini` as such a table."""
     is_vot, parser, tables = file.suffix == ".ini", configparser.ConfigParser(), dict[str, Any]()
     try:
-        content = file.read_text("utf-8-sig")
+        table_text = file.read_text("utf-8-sig")
         if is_vot:
-            parser.read_string(content, str(file))
+            parser.read_string(table_text, str(file))
             # A value with an invalid `%` is an error of its own section only.
             tables = {key: dict(parser[key]) if key == name else {} for key in parser.sections()}
         else:
-            tables = tomllib.loads(content)
+            tables = tomllib.loads(table_text)
     except OSError as error:
         raise TrackerError(f"{file}: {error.strerror}.") from None
     except (ValueError, configparser.Error) as error:

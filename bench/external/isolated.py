@@ -5,22 +5,16 @@ process. So does a tracker of the package that uses the random generators of the
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from trackmark.bench.external import FRAME_SECONDS
-from trackmark.bench.external.idle_processes import keep_process, take_process
-from trackmark.bench.external.plugin import (
-    RemoteTracker,
-    digest_file,
-)
-from trackmark.bench.external.process import ExternalTrackerError, with_output
+from trackmark.bench.external import FRAME_SECONDS, keep_process, take_process
+from trackmark.bench.external.plugin import RemoteTracker, digest_file
+from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.worker_process import WorkerProcess
-from trackmark.bench.machine_errors import MachineError
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
-from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
@@ -46,10 +40,6 @@ class IsolatedFactory:
     def __call__(self, seed: np.random.SeedSequence) -> "IsolatedTracker":
         """Create the tracker."""
         return IsolatedTracker(self, seed)
-
-    def limited(self, frame_seconds: float) -> "IsolatedFactory":
-        """Return the factory with another time limit."""
-        return replace(self, frame_seconds=frame_seconds)
 
     @property
     def process_key(self) -> tuple[str, str]:
@@ -90,17 +80,12 @@ def describe_isolated(name: str) -> dict[str, Any]:
 
 def _ask(factory: IsolatedFactory, operation: str, **arguments: Any) -> dict[str, Any]:
     """Return an answer about a tracker; the process is kept for the next one."""
-    started: list[WorkerProcess] = []
-
-    def start() -> WorkerProcess:
-        started.append(factory.start_process())
-        return started[0]
-
-    process = take_process(start, *factory.process_key)
+    process = take_process(factory.start_process, *factory.process_key)
+    was_idle = process.n_requests > 0
     try:
         reply = process.ask(START_SECONDS, operation, **arguments)
     except TrackerError as error:
-        if not started:  # a run in this process can have exhausted its files or memory
+        if was_idle:  # a run in this process can have exhausted its files or memory
             return _ask(factory, operation, **arguments)
         if not isinstance(error, ExternalTrackerError):
             raise
@@ -117,12 +102,13 @@ class IsolatedTracker(RemoteTracker):
     """
 
     def __init__(self, factory: IsolatedFactory, seed: np.random.SeedSequence) -> None:
-        self._factory, self._device = factory, ""
+        self._factory = factory
         self._process = take_process(factory.start_process, *factory.process_key)
         self._is_closed = False
-        methods = self._ask(
-            "create",
+        methods = self._process.call(
+            self,
             START_SECONDS,  # a new process imports the file
+            "create",
             name=factory.name,
             options=dict(factory.options),
             entropy=seed.entropy,
@@ -133,12 +119,12 @@ class IsolatedTracker(RemoteTracker):
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
-        arrays = [image] if mask is None else [image, mask]
-        self._show("init", *arrays, box=np.asarray(box).tolist())
+        arrays: list[Any] = [image] if mask is None else [image, mask]
+        self._call("init", arrays, box=np.asarray(box).tolist())
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        reply = self._show("update", image, keeps_arrays=self.keeps_arrays)
+        reply = self._call("update", [image], keeps_arrays=self.keeps_arrays)
         fields = reply["estimate"]
         arrays = self._arrays(reply)
         fields["mask"] = arrays.pop("mask", None)
@@ -148,11 +134,6 @@ class IsolatedTracker(RemoteTracker):
             arrays={name.removeprefix("arrays."): array for name, array in arrays.items()},
             revised=dict(reply["revised"]) if "revised" in reply else None,
         )
-
-    @property
-    def device(self) -> str:
-        """See `RemoteTracker.device`."""
-        return self._device
 
     @property
     def printed(self) -> str:
@@ -167,38 +148,23 @@ class IsolatedTracker(RemoteTracker):
         """See `RemoteTracker.close`."""
         if not self._is_closed:
             self._is_closed = True
-            self._process.drop_tracker(self._factory.frame_seconds)
-            keep_process(self._process, *self._factory.process_key)
+            seconds, key = self._factory.frame_seconds, self._factory.process_key
+            self._process.drop_tracker(seconds, *key)
 
     def _watch(self, image: Image) -> None:
-        self._show("watch", image)
+        self._call("watch", [image])
 
     def _finish(self) -> Mapping[int, Box]:
-        return dict(self._ask("finish")["revised"])
+        return dict(self._call("finish")["revised"])
 
     def _maps(self, image: Image) -> Mapping[str, Any]:
-        return self._arrays(self._show("maps", image))
+        return self._arrays(self._call("maps", [image]))
 
-    def _show(self, operation: str, *arrays: Image | Mask, **arguments: Any) -> dict[str, Any]:
-        """Return the answer to a call with an image and a mask."""
-        return self._ask(operation, pixels=self._process.write_arrays(arrays), **arguments)
-
-    def _ask(self, operation: str, seconds: float = 0.0, **arguments: Any) -> dict[str, Any]:
-        seconds = seconds or self._factory.frame_seconds
-        reply = self._process.ask(seconds, operation, **arguments)
-        self.drawn = reply.get("drawn", self.drawn)
-        if "invalid" in reply:
-            raise MalformedEstimateError(reply["invalid"])
-        if "raised" in reply:
-            message = with_output(
-                reply["raised"] + "\n" + reply["trace"], self._process.end_output()
-            )
-            if reply["fault"]:
-                raise MachineError(reply["fault"])
-            raise ExternalTrackerError(message)
-        if "time" in reply:
-            self.call_time, self._device = CallTime(*reply["time"]), reply["device"]
-        return reply
+    def _call(
+        self, operation: str, arrays: Sequence[Image | Mask] = (), **arguments: Any
+    ) -> dict[str, Any]:
+        seconds = self._factory.frame_seconds
+        return self._process.call(self, seconds, operation, arrays, **arguments)
 
     def _arrays(self, reply: Mapping[str, Any]) -> dict[str, Any]:
         types: Mapping[str, Sequence[Any]] = reply["arrays"]

@@ -105,22 +105,19 @@ class IsolatedTrackers(Operations):
     def init(self, pixels: Any, box: Sequence[float]) -> dict[str, Any]:
         """Initialise the tracker."""
         image, mask = self._read([*pixels, None])[:2]
-        values = np.array(box, np.float64)
-        if isinstance(tracker := self._tracker, PlainTracker):
-            image = tracker.convert(image)
-            return self._call(tracker.plain, tracker.plain_init, image, values, mask)[1]
-        return self._call(tracker, tracker.init, image, values, mask)[1]
+        called, init = self._tracker, self._tracker.init
+        if isinstance(called, PlainTracker):
+            image, called, init = called.convert(image), called.plain, called.plain_init
+        return self._call(called, init, image, np.array(box, np.float64), mask)[1]
 
     def update(self, pixels: Any, keeps_arrays: bool) -> dict[str, Any]:
         """Return the estimate of the tracker."""
         (image,) = self._read(pixels)
-        shape = image.shape
-        if isinstance(tracker := self._tracker, PlainTracker):
-            plain = tracker.plain
-            estimate, reply = self._call(plain, plain.update, tracker.convert(image))
-        else:
-            estimate, reply = self._call(tracker, tracker.update, image)
-        fields = read_answer(tracker, estimate, shape)
+        called, shape = self._tracker, image.shape
+        if isinstance(called, PlainTracker):
+            image, called = called.convert(image), called.plain
+        estimate, reply = self._call(called, called.update, image)
+        fields = read_answer(self._tracker, estimate, shape)
         arrays = {} if fields["mask"] is None else {"mask": fields.pop("mask")}
         if isinstance(estimate, Estimate):
             if estimate.revised:

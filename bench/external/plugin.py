@@ -25,6 +25,8 @@ class RemoteTracker:
     ----------
     call_time : CallTime
         Times of the last call of `init` or `update`, without conversion of images and transfer.
+    device : str
+        Name of the accelerator; empty if unknown.
     clock : str
         What the times of calls contain, if this differs from trackers in this process.
     drawn : list of str
@@ -34,14 +36,10 @@ class RemoteTracker:
     """
 
     call_time: CallTime
+    device = ""
     clock: ClassVar[str] = ""
     drawn: Sequence[str] = ()
     keeps_arrays = False
-
-    @property
-    def device(self) -> str:
-        """Name of the accelerator; empty if unknown."""
-        return ""
 
     @abstractmethod
     def reject(self, error: MalformedEstimateError) -> Exception:

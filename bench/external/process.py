@@ -19,7 +19,7 @@ from time import monotonic, sleep
 from typing import IO, NamedTuple
 
 from trackmark.bench.machine_errors import machine_fault
-from trackmark.bench.process_tree import ProcessTree
+from trackmark.bench.operating_system import ProcessTree
 from trackmark.bench.temporary_paths import TemporaryPath
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
@@ -73,8 +73,7 @@ class LineProcess:
     `command` is the program with its arguments; no shell is used. `name` replaces the command in
     errors. `environment` has variables in addition to those of this process; `folder` is the
     working directory. When the process has ended, `files` are closed, and temporary ones
-    removed. `receive` gets each marked
-    line, and `END` at last, in a thread; by default, they are kept for `read_line`.
+    removed.
 
     Raises `ExternalTrackerError` if the command cannot be started.
     """
@@ -94,7 +93,6 @@ class LineProcess:
         environment: Mapping[str, str] | None = None,
         folder: Path | None = None,
         files: Sequence[IO[bytes] | TemporaryPath] = (),
-        receive: Callable[[bytes], None] | None = None,
     ) -> None:
         self.command = name or shlex.join(command)
         try:
@@ -120,9 +118,8 @@ class LineProcess:
         self._lines: SimpleQueue[bytes] = SimpleQueue()
         self._output = _Output()
         # The threads keep no reference to this object, which the garbage collector can then end.
-        receive = receive or self._lines.put
         self._readers = [
-            _start_thread(_read_lines, tree.process.stdout, mark, self._output, receive),
+            _start_thread(_read_lines, tree.process.stdout, mark, self._output, self._lines),
             _start_thread(_read_output, tree.process.stderr, self._output),
         ]
         self._end = weakref.finalize(self, _end, tree, [stdin, *files])
@@ -285,9 +282,9 @@ def _start_thread(target: Callable[..., None], *arguments: object) -> threading.
 
 
 def _read_lines(
-    stdout: IO[bytes], mark: bytes, output: _Output, receive: Callable[[bytes], None]
+    stdout: IO[bytes], mark: bytes, output: _Output, marked: "SimpleQueue[bytes]"
 ) -> None:
-    """Pass marked lines to `receive`, and other lines to the output, until the end."""
+    """Put marked lines and then `END` into a queue; add other lines to the output."""
     unread = bytearray()
     with stdout:
         while chunk := stdout.read(_CHUNK):
@@ -296,14 +293,14 @@ def _read_lines(
                 *lines, unread = unread.split(b"\n")
                 for line in lines:
                     if (start := line.find(mark)) >= 0:
-                        receive(bytes(line[start:].rstrip(b"\r")))
+                        marked.put(bytes(line[start:].rstrip(b"\r")))
                     else:
                         output.add(line + b"\n")
             elif len(unread) > _MAX_LINE:
                 output.is_too_long = True
                 break
         output.add(unread)
-    receive(END)
+    marked.put(END)
 
 
 def _read_output(stderr: IO[bytes], output: _Output) -> None:

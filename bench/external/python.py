@@ -6,15 +6,10 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from trackmark.bench.external.idle_processes import keep_process, take_process
-from trackmark.bench.external.plugin import (
-    ExternalOptions,
-    ExternalPlugin,
-    digest_file,
-)
+from trackmark.bench.external import keep_process, take_process
+from trackmark.bench.external.plugin import ExternalOptions, ExternalPlugin, digest_file
 from trackmark.bench.external.worker_process import WorkerProcess
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
-from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.catalogue import in_file
 from trackmark.trackers.base.plain import create_plugin, seed_number
 
@@ -46,12 +41,12 @@ class PythonPlugin(ExternalPlugin):
 
     external_options: ClassVar[PythonOptions]
     process: PlainProcess
-    _device = ""
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
         self.process = _take(self.external_options, self.digest)
-        reply = self.process.ask(
+        self.process.call(
+            self,
             self.external_options.start_limit,
             "create",
             parameters=parameters.model_dump(),
@@ -59,46 +54,30 @@ class PythonPlugin(ExternalPlugin):
             entropy=seed.entropy,
             spawn_key=seed.spawn_key,
         )
-        self.drawn = reply["drawn"]
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
         """See `Tracker.init`."""
         self._last_box = np.array(box)
         image = self.convert(image)
         arrays = [image] if mask is None else [image, mask]
-        self._call(self.external_options.start_limit, "init", *arrays, box=np.asarray(box).tolist())
+        start_limit = self.external_options.start_limit
+        self.process.call(self, start_limit, "init", arrays, box=np.asarray(box).tolist())
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        answer = self._call(self.external_options.frame_limit, "update", self.convert(image))
-        fields = answer["estimate"]
+        frame_limit = self.external_options.frame_limit
+        reply = self.process.call(self, frame_limit, "update", [self.convert(image)])
+        fields = reply["estimate"]
         if fields["mask"]:
             (fields["mask"],) = self.process.read_arrays([fields["mask"]])
         return self.estimate(fields)
-
-    @property
-    def device(self) -> str:
-        """See `RemoteTracker.device`."""
-        return self._device
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
         process = vars(self).pop("process", None)
         if process:
-            process.drop_tracker(self.external_options.frame_limit)
-            keep_process(process, self.external_options, self.digest)
-
-    def _call(
-        self, seconds: float, method: str, *arrays: Image | Mask, **arguments: Any
-    ) -> dict[str, Any]:
-        """Return the answer of a method of the tracker to an image and a mask."""
-        types = self.process.write_arrays(arrays)
-        reply = self.process.ask(seconds, method, pixels=types, **arguments)
-        if "invalid" in reply:
-            raise self.process.fail(f"returned an invalid estimate: {reply['invalid']}")
-        self.call_time, self._device = CallTime(*reply["time"]), reply["device"]
-        self.drawn = reply["drawn"]
-        return reply
+            limit = self.external_options.frame_limit
+            process.drop_tracker(limit, self.external_options, self.digest)
 
 
 def _take(options: PythonOptions, digest: str) -> PlainProcess:

@@ -20,21 +20,14 @@ from typing import Any, ClassVar, NamedTuple
 import cv2
 import numpy as np
 
-from trackmark.bench.external.idle_processes import keep_process, take_process
-from trackmark.bench.external.plugin import (
-    ExternalOptions,
-    ExternalPlugin,
-    digest_file,
-)
-from trackmark.bench.external.process import (
-    ExternalTrackerError,
-    LineProcess,
-)
+from trackmark.bench.external import keep_process, take_process
+from trackmark.bench.external.plugin import ExternalOptions, ExternalPlugin, digest_file
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.datasets.number_files import form_problem
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime
-from trackmark.trackers.base.estimate_check import MalformedEstimateError, read_estimate
+from trackmark.trackers.base.estimate_check import read_estimate
 from trackmark.trackers.base.plain import create_plugin
 
 MARK = b"@@TRAX:"
@@ -158,7 +151,7 @@ class TraxOptions(ExternalOptions):
 
     trax: str
     folder: str = ""
-    confidence: bool = True
+    confidence: bool = True  # name: documented option
     stochastic: bool = False
 
 
@@ -252,7 +245,9 @@ class TraxPlugin(ExternalPlugin):
 
     def __init__(self, parameters: Any, seed: np.random.SeedSequence) -> None:
         super().__init__(parameters, seed)
-        self.process: TraxProcess = _take(self.external_options, self.digest)
+        self.process: TraxProcess = take_process(
+            lambda: TraxProcess(self.external_options), self.external_options, self.digest
+        )
         self._clock = CallClock()
 
     def init(self, image: Image, box: Box, mask: Mask | None = None) -> None:
@@ -278,10 +273,7 @@ class TraxPlugin(ExternalPlugin):
         has_confidence = self.external_options.confidence
         confidence = self._parse_confidence(confidence_text) if has_confidence else nan
         fields = {"box": box, "visible": box is not None, "confidence": confidence, "mask": mask}
-        try:
-            return self.estimate(read_estimate(fields, image.shape))
-        except MalformedEstimateError as error:
-            raise self.process.fail(f"returned an invalid estimate: {error}") from None
+        return self.estimate(read_estimate(fields, image.shape))
 
     def _parse_confidence(self, printed: str) -> float:
         with suppress(ValueError):
@@ -341,10 +333,6 @@ def _too_many(line: bytes) -> str:
     return f"sent {text!r} without a request. Expected: one answer per frame"
 
 
-def _take(options: TraxOptions, digest: str) -> TraxProcess:
-    return take_process(lambda: TraxProcess(options), options, digest)
-
-
 def open_trax_plugin(
     options: TraxOptions, owner: str, folder: Path
 ) -> tuple[type[TraxPlugin], Path]:
@@ -366,7 +354,7 @@ def open_trax_plugin(
         )
     files = _command_files(command, options)
     digest = "-".join(map(digest_file, files))
-    process = _take(options, digest)
+    process = take_process(lambda: TraxProcess(options), options, digest)
     keep_process(process, options, digest)
     hello = process.hello
     description = {

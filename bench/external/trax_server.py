@@ -94,9 +94,8 @@ def _states(make: Callable[[], Tracker], requests: Iterable[bytes]) -> Iterator[
         elif tracker is None:
             raise ClientError("the client sent a frame before initialize.")
         else:
-            estimate = tracker.update(image)
             try:
-                fields = read_estimate(estimate, image.shape)
+                fields = read_estimate(tracker.update(image), image.shape)
             except MalformedEstimateError as error:
                 raise TrackerError(f"{error}.") from None
             box, confidence = fields["box"] or box, fields["confidence"]

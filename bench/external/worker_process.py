@@ -13,13 +13,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.external.process import (
-    ExternalTrackerError,
-    LineProcess,
-)
-from trackmark.bench.machine_errors import machine_fault, no_room
+from trackmark.bench.external import keep_process
+from trackmark.bench.external.plugin import RemoteTracker
+from trackmark.bench.external.process import ExternalTrackerError, LineProcess, with_output
+from trackmark.bench.machine_errors import MachineError, machine_fault, no_room
 from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.trackers import TrackerError
+from trackmark.trackers.base.call_clock import CallTime
+from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
 HOME = str(Path(__file__).parents[3])
 """Folder of the package `trackmark`."""
@@ -33,7 +34,8 @@ class WorkerProcess(LineProcess):
     """Process of `worker.py`, in an interpreter.
 
     `operations` and `arguments` are those of `worker.py`; `source` is the file of the tracker.
-    `name` replaces interpreter and arguments in errors.
+    `name` replaces interpreter and arguments in errors. `n_requests` is the number of requests so
+    far.
     """
 
     stack_signal = getattr(signal, "SIGUSR1", None)
@@ -54,7 +56,7 @@ class WorkerProcess(LineProcess):
         except OSError as error:
             raise machine_fault(error) or no_room(str(error)) from error
         self.source = source
-        self._n_requests = 0
+        self.n_requests = 0
         super().__init__(
             [python, "-u", str(START), str(WORKER), str(file.path), HOME, operations, *arguments],
             MARK,
@@ -73,8 +75,8 @@ class WorkerProcess(LineProcess):
         Raises `TrackerError` if the answer is that the tracker is unusable.
         """
         self.is_usable = False
-        self._n_requests += 1
-        request = json.dumps([self._n_requests, operation, arguments], default=int)  # of NumPy
+        self.n_requests += 1
+        request = json.dumps([self.n_requests, operation, arguments], default=int)  # of NumPy
         self.send(request.encode() + b"\n", seconds)
         reply = self._parse(self.read_line(seconds))
         if "problem" in reply:
@@ -87,8 +89,36 @@ class WorkerProcess(LineProcess):
         self.is_usable = not {"invalid", "raised"} & reply.keys()
         return reply
 
-    def drop_tracker(self, seconds: float) -> None:
-        """Drop the tracker within a time limit [s].
+    def call(
+        self,
+        tracker: RemoteTracker,
+        seconds: float,
+        operation: str,
+        arrays: Sequence[NDArray[Any]] = (),
+        **arguments: Any,
+    ) -> dict[str, Any]:
+        """Return the answer of the tracker to an image and a mask, and note its times.
+
+        Raises `MalformedEstimateError` for an invalid estimate. Raises `ExternalTrackerError` if
+        the tracker or its process fails.
+        """
+        if arrays:
+            arguments["pixels"] = self._write_arrays(arrays)
+        reply = self.ask(seconds, operation, **arguments)
+        tracker.drawn = reply.get("drawn", tracker.drawn)
+        if "invalid" in reply:
+            raise MalformedEstimateError(reply["invalid"])
+        if "raised" in reply:
+            output = self.end_output()
+            if reply["fault"]:
+                raise MachineError(reply["fault"])
+            raise ExternalTrackerError(with_output(f"{reply['raised']}\n{reply['trace']}", output))
+        if "time" in reply:
+            tracker.call_time, tracker.device = CallTime(*reply["time"]), reply["device"]
+        return reply
+
+    def drop_tracker(self, seconds: float, *key: object) -> None:
+        """Drop the tracker within a time limit [s], and keep the process for the next of its key.
 
         If this fails, the process is not usable any more, but neither its run nor a later one is
         affected.
@@ -96,8 +126,9 @@ class WorkerProcess(LineProcess):
         if self.is_usable:
             with suppress(TrackerError):
                 self.ask(seconds, "drop")
+        keep_process(self, *key)
 
-    def write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
+    def _write_arrays(self, arrays: Iterable[NDArray[Any]]) -> list[tuple[tuple[int, ...], str]]:
         """Write arrays to the file of frames; return their shapes and types."""
         self._frames.seek(0)
         types = []
@@ -121,13 +152,13 @@ class WorkerProcess(LineProcess):
         """Return the answer to the last request; only code of a tracker can write another line."""
         try:
             request_number, reply = json.loads(line[len(MARK) :])
-            is_expected = isinstance(reply, dict) and request_number == self._n_requests
+            is_expected = isinstance(reply, dict) and request_number == self.n_requests
         except (ValueError, TypeError):
             is_expected = False
         if not is_expected:
             received = line.decode(errors="replace")[:80]
             raise self.fail(
-                f"sent {received!r}, which is not the answer to request {self._n_requests}. Write "
+                f"sent {received!r}, which is not the answer to request {self.n_requests}. Write "
                 "to stdout or stderr only, not to other descriptors of the process"
             )
         return dict(reply)

@@ -10,21 +10,15 @@ from trackmark.datasets.spec_string import name_hint
 __all__ = ["describe", "names"]
 
 # A module is imported when its metrics are used: most commands need `native` only.
-_MODULES = {
-    "got10k": "got10k",
-    "lasot": "lasot",
-    "long-term": "long_term",
-    "native": "native",
-    "otb": "otb",
-    "trackingnet": "trackingnet",
-    "vot-anchor": "vot_anchor",
-    "vot-supervised": "vot_supervised",
-}
+_NAMES = (
+    *("got10k", "lasot", "long-term", "native"),
+    *("otb", "trackingnet", "vot-anchor", "vot-supervised"),
+)
 
 
 def names() -> list[str]:
     """Return the sorted names of all metrics."""
-    return list(_MODULES)
+    return list(_NAMES)
 
 
 def find_metrics(name: str) -> Metrics:
@@ -37,18 +31,18 @@ def canonical_name(name: str) -> str:
     """Return the name of the metrics with this name or alias; raise `ValueError` if unknown."""
     if not isinstance(name, str):
         raise TypeError(f"metrics is {name!r}. Expected: one name, for example 'otb'.")
-    if name in _MODULES:
+    if name in _NAMES:
         return name
     aliases = _aliases()
     if name not in aliases:
-        hint = name_hint(name, sorted([*_MODULES, *aliases]))
+        hint = name_hint(name, sorted([*_NAMES, *aliases]))
         raise ValueError(f"Unknown metrics {name!r}.{hint}")
     return aliases[name]
 
 
 def are_metrics(name: str) -> bool:
     """Return whether metrics have this name or alias."""
-    return name in _MODULES or name in _aliases()
+    return name in _NAMES or name in _aliases()
 
 
 def describe(name: str) -> str:
@@ -57,9 +51,9 @@ def describe(name: str) -> str:
 
 
 def _aliases() -> dict[str, str]:
-    return {alias: name for name in _MODULES for alias in find_metrics(name).aliases}
+    return {alias: name for name in _NAMES for alias in find_metrics(name).aliases}
 
 
 @cache
 def _module(name: str) -> ModuleType:
-    return import_module(f"trackmark.bench.metrics.sets.{_MODULES[name]}")
+    return import_module(f"trackmark.bench.metrics.sets.{name.replace('-', '_')}")

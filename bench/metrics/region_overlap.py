@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
+from trackmark.bench.metrics.boxes import is_well_formed, overlap
 
 MAX_COORDINATE = 2.0**30
 """Largest coordinate [px]; larger ones are clipped, so that areas and integers do not overflow."""

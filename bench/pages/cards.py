@@ -11,7 +11,13 @@ import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
-from trackmark.bench.analysis.comparison import Comparison, Pair, means_of_subset, subsets_of
+from trackmark.bench.analysis.comparison import (
+    Comparison,
+    Pair,
+    Standing,
+    means_of_subset,
+    subsets_of,
+)
 from trackmark.bench.analysis.run_summary import ranked_trackers
 from trackmark.bench.analysis.score_tables import means_by_tracker
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
@@ -32,6 +38,11 @@ N_SHOWN_SEQUENCES = 12
 MAX_ROWS = 12
 """Maximum number of rows of the leaderboard that are not folded."""
 
+N_SHOWN_PUBLISHED = 5
+"""Number of the best published trackers that are not folded."""
+
+_PUBLISHED = " (published)"  # end of the labels of published trackers
+
 _MAX_PAIR_ROWS = 12  # pairs that are not folded
 _MAX_PAIRED = 12  # trackers whose pairs are all on the page
 _MAX_FRAMES = 6  # of worst frames, and of lost and failed runs
@@ -45,11 +56,13 @@ def leaderboard(
     notes: Mapping[str, str],
     time_marks: Mapping[str, str],
     time_notes: Sequence[str],
+    ranking: Comparison | None,
 ) -> Markup:
-    """Return the trackers by mean overlap.
+    """Return the trackers by mean overlap, among the published trackers of `ranking` if there are.
 
     Scores and times come from `summary`, the table of means. `notes` gives the text for trackers
-    with failed runs. For `time_marks` and `time_notes`, see `bench.analysis.times`.
+    with failed runs. For `time_marks` and `time_notes`, see `bench.analysis.times`. Of the
+    published trackers, all but the best are folded.
     """
     success, error, times = (
         means_by_tracker(summary, name)["mean"]
@@ -70,13 +83,49 @@ def leaderboard(
         }
         for name in ranked_trackers(summary)
     ]
+    first_rows, folded = rows[:MAX_ROWS], rows[MAX_ROWS:]
+    if ranking is not None:
+        first_rows, folded = _among_published(rows, ranking)
     return card(
         "leaderboard",
-        rows=rows,
-        n_shown=MAX_ROWS,
+        shown=first_rows,
+        folded=folded,
+        title=ranking.measure.title if ranking else "mean overlap",
         n_sequences=len(runs.sequences),
         notes=time_notes,
     )
+
+
+def _among_published(
+    rows: Sequence[dict[str, Any]], ranking: Comparison
+) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
+    """Return the shown and the folded rows of a leaderboard with published trackers, by rank."""
+    rows_of_runs = {row["label"]: row for row in rows}
+    ranked: list[dict[str, Any]] = []
+    for rank, standing in enumerate(ranked_standings(ranking), 1):
+        low, high = standing.interval or (np.nan, np.nan)
+        row = rows_of_runs.pop(standing.tracker, None) or {
+            "tracker": None,
+            "label": standing.tracker.removesuffix(_PUBLISHED),
+            "note": "published",
+            "time": MISSING,
+            "position": None,
+        }
+        row["note"] = f"rank {rank}, {row['note']}".removesuffix(", ")
+        # No mark: after the correction for all pairs, few trackers are clearly worse than another.
+        row["overlap"] = {"mean": standing.mean, "low": low, "high": high, "marked": False}
+        ranked.append(row)
+    ranked += rows_of_runs.values()  # all runs of these trackers failed
+    folded = [
+        *[row for row in ranked if row["tracker"] is None][N_SHOWN_PUBLISHED:],
+        *[row for row in ranked if row["tracker"] is not None][MAX_ROWS:],
+    ]
+    return [row for row in ranked if row not in folded], folded
+
+
+def ranked_standings(comparison: Comparison) -> list[Standing]:
+    """Return the trackers of a comparison, the best mean first."""
+    return sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
 
 
 def poster(sequence: PlayerSequence) -> bytes:
@@ -148,14 +197,13 @@ def worst_frames(runs: PageRuns) -> Markup | None:
 
 def published_ranking(comparison: Comparison, runs: PageRuns, source: str) -> Markup:
     """Return the trackers of an experiment and published ones, the best mean first."""
-    ranked = sorted(comparison.standings, key=lambda standing: -standing.mean)
     rows = []
-    for standing in ranked:
+    for standing in ranked_standings(comparison):
         name, is_published = standing.tracker, standing.tracker in comparison.published
         rows.append(
             {
                 "tracker": None if is_published else runs.trackers.index(name),
-                "label": name.removesuffix(" (published)"),
+                "label": name.removesuffix(_PUBLISHED),
                 "mean": standing.mean,
                 "interval": standing.interval,
                 "position": None if is_published else runs.worst_position(name, None, "overlap"),
@@ -357,11 +405,13 @@ def sequence_folds(
     charts: Mapping[str, Chart],
     means: pd.DataFrame,
     scores: PageTable | None,
+    ranking: Comparison | None,
 ) -> Iterator[Markup]:
     """Yield the folded scores of each sequence.
 
     A fold has the chart of the sequence from `charts`, the row of the sequence in `means`, which
-    are mean overlaps by tracker, and its rows in `scores`, the table of every sequence.
+    are mean overlaps by tracker, and its rows in `scores`, the table of every sequence. It also
+    lists the scores of all published trackers of `ranking`, if there are.
     """
     for index, sequence in enumerate(runs.sequences):
         name = sequence.name
@@ -379,7 +429,19 @@ def sequence_folds(
             scores=_rows_of(scores, name, index) if scores else None,
             poster=poster(sequence) if len(runs.sequences) <= N_SHOWN_SEQUENCES else b"",
             link=player_link(sequence),
+            published=_published_scores(ranking, name) if ranking else "",
         )
+
+
+def _published_scores(ranking: Comparison, sequence: str) -> str:
+    """Return the scores of all published trackers on a sequence in words, the best first."""
+    index = list(ranking.sequences).index(sequence) if sequence in ranking.sequences else None
+    if index is None:
+        return ""
+    scores = pd.Series({name: ranking.scores[name][index].mean() for name in ranking.published})
+    ranked = scores.sort_values(ascending=ranking.sign < 0, kind="stable")
+    listed = ", ".join(f"{name} {value:.2f}" for name, value in ranked.items())
+    return f"Published: {listed.replace(_PUBLISHED, '')}."
 
 
 def _rows_of(scores: PageTable, sequence: str, index: int) -> PageTable | None:
@@ -388,7 +450,9 @@ def _rows_of(scores: PageTable, sequence: str, index: int) -> PageTable | None:
     selected = [i for i, row in enumerate(table.rows) if row[0].text == sequence]
     if not selected or table.n_labels < 2:
         return None
-    caption = "Mean over repetitions, ± standard deviation. A number opens its worst frame."
+    caption = (
+        "Metrics `native`: mean over repetitions, ± standard deviation, linked to worst frames."
+    )
     rows = [table.rows[i][1:] for i in selected]
     scores_of_sequence = Table(
         f"scores-{index}", caption, table.headings[1:], table.n_labels - 1, rows

@@ -156,6 +156,7 @@ def _environment() -> Environment:
         "svg": chart_svg,
         "colour_index": colour_index,
         "code": _with_code,
+        "one_line": one_line,
         "divided": _divided,
         "texts": text_columns,
         "address": _address_of,

@@ -15,9 +15,8 @@ from trackmark.bench.analysis.outlines import is_round
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.run_record import Run, Trajectory
 from trackmark.bench.evaluation.scoring import REVISED
-from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.metrics.interface import FrameState
-from trackmark.bench.metrics.overlap import overlap
 from trackmark.bench.pages.content import PlayerRun, PlayerSequence, ThresholdShares
 from trackmark.bench.pages.player_layers import maps, shapes, tracker_values, true_shapes
 from trackmark.bench.protocols import ONE_PASS

@@ -28,6 +28,7 @@ from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
     MAX_ROWS,
+    N_SHOWN_PUBLISHED,
     leaderboard,
     lost_runs,
     overlap_matrix,
@@ -80,18 +81,22 @@ class ReportPage:
     ) -> None:
         self.stored_runs, self._arguments = runs, arguments
         self.tables = {table.name: table for table in tables}
-        self.scored = with_not_run(runs.scored(DEFAULT_METRICS, ONE_PASS))
+        # Published scores are ranked among scores of the same metrics.
+        self.metrics: str = getattr(published, "metrics", DEFAULT_METRICS)
+        self.scored = with_not_run(runs.scored(self.metrics, ONE_PASS))
         self.summary: Table | None = None
         ranked: list[str] = []
         if len(self.scored):
-            self.summary = self.tables.get("summary") or summary_of(self.scored, runs.timed, "")
+            summary = self.tables.get("summary") if self.metrics == DEFAULT_METRICS else None
+            self.summary = summary or summary_of(self.scored, runs.timed, "")
             ranked = ranked_trackers(self.summary)
         self.runs = collect_runs(runs.read(runs.evaluated_rows()), ranked)
         self.failed, self.left_out = failed_runs(self.scored)
         self.comparison, sentences = self._compare()
         self.ranking: Comparison | None = None
         if published is not None:
-            self.ranking = _compare_published(runs, published)
+            measure = compared_measure(self.metrics, getattr(published, "measure", "mean_overlap"))
+            self.ranking = compare_runs(runs, self.metrics, measure, published=published)
             self._citation = getattr(published, "citation", "")
             sentences = answer_of(self.ranking)
         self.sentences = Answer(sentences.heading, (*sentences.details, *self._notes()))
@@ -131,7 +136,7 @@ class ReportPage:
         runs = self.stored_runs
         try:
             sentences, comparison = answer_on(
-                runs.scored(DEFAULT_METRICS, ONE_PASS),
+                runs.scored(self.metrics, ONE_PASS),
                 runs.timed,
                 self.summary,
                 attributes=runs.attributes,
@@ -168,11 +173,12 @@ class ReportPage:
         if summary is not None and runs.sequences:
             _, measured = with_times(self.scored, self.stored_runs.timed)
             times = time_marks(measured), time_notes(measured)
-            board = leaderboard(summary, runs, self.failed, *times)
+            board = leaderboard(summary, runs, self.failed, *times, self.ranking)
             yield PageSection("summary", "Leaderboard", [board], span=7)
         if self.curves:
             # The plot is as high as the leaderboard and the frames below it.
             n_rows = min(len(runs.trackers), MAX_ROWS)
+            n_rows += N_SHOWN_PUBLISHED if self.ranking is not None else 0
             height = {1: 640, 2: 500, 3: 400}.get(len(runs.sequences), 24 + 42 * n_rows)
             cards = [card("charts", charts=self.curves, height=max(270, min(height, 640)))]
             yield PageSection("curves", "Success and precision", cards, span=5)
@@ -207,8 +213,8 @@ class ReportPage:
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             cards = [card("chart", chart=chart) for chart in self.survival]
             yield PageSection("survival", "Survival", cards)
-        by_sequence = linked_tables.pop("sequences", None)
-        folds = sequence_folds(runs, timeline_charts(runs), self.means, by_sequence)
+        scores, charts = linked_tables.pop("sequences", None), timeline_charts(runs)
+        folds = sequence_folds(runs, charts, self.means, scores, self.ranking)
         caption = "Open a sequence for its overlap by frame and all scores."
         yield PageSection("timelines", "Per sequence", [*folds], caption=caption)
         if cards := [_fold(table) for table in linked_tables.values() if _has_values(table.table)]:
@@ -296,29 +302,33 @@ class ReportPage:
     @cached_property
     def means(self) -> pd.DataFrame:
         """Mean overlaps with a row per sequence and a column per tracker."""
-        if "sequences" not in self.tables:
+        if self.ranking is not None:
+            means = _means_of(self.ranking)
+        elif "sequences" in self.tables:
+            rows = self.tables["sequences"].records
+            rows = rows[rows["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
+            means = rows.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
+            means = means.reindex(index=rows["sequence"].unique())
+        else:
             return pd.DataFrame()
-        rows = self.tables["sequences"].records
-        rows = rows[rows["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
-        means = rows.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-        trackers = [name for name in self.runs.trackers if name in means]
-        return means.reindex(index=rows["sequence"].unique(), columns=trackers)
+        return means[[name for name in self.runs.trackers if name in means]]
 
     def _matrix(self, summary: Table) -> Markup:
-        """Return the matrix of mean overlaps; with published scores, all are by their metrics."""
+        """Return the matrix of mean overlaps, with the best published trackers if there are any."""
         means, ranking, note = self.means, self.ranking, ""
-        overall = means_by_tracker(summary, "mean_overlap")["mean"]
-        mean_of = {name: float(overall[name]) for name in map(str, means)}
-        if ranking is not None:
-            scores = {name: [run.mean() for run in row] for name, row in ranking.scores.items()}
-            all_means = pd.DataFrame(scores, index=[*ranking.sequences])
-            with_runs = [name for name in self.runs.trackers if name in all_means]
-            theirs = all_means[list(ranking.published)]
-            means = all_means[with_runs].assign(
-                **{"best published": theirs.max(axis=1), "median published": theirs.median(axis=1)}
-            )
+        if ranking is None:
+            overall = means_by_tracker(summary, "mean_overlap")["mean"]
+            mean_of = {name: float(overall[name]) for name in map(str, means)}
+        else:
+            theirs = _means_of(ranking)[list(ranking.published)]  # the best mean first
+            best = theirs.iloc[:, :N_SHOWN_PUBLISHED]
+            medians = theirs.median(axis=1).rename("median published")
+            means = pd.concat([means, best, medians], axis=1)
             mean_of = {str(name): float(mean) for name, mean in means.mean().items()}
-            note = f" Scores: {ranking.measure.title}, as published."
+            note = (
+                f" Scores: {ranking.measure.title}; those of all {theirs.shape[1]} published "
+                'trackers are below, in "Per sequence".'
+            )
         return overlap_matrix(means, mean_of, self.runs, note)
 
     def _provenance(self) -> PageSection:
@@ -375,11 +385,10 @@ class ReportPage:
         return PageSection("about", "About this report", cards, nav="Provenance")
 
 
-def _compare_published(runs: Runs, published: "Path | PublishedSet") -> Comparison:
-    """Compare runs with published scores, by the metrics of these scores."""
-    metrics = getattr(published, "metrics", DEFAULT_METRICS)
-    measure = compared_measure(metrics, getattr(published, "measure", "mean_overlap"))
-    return compare_runs(runs, metrics, measure, published=published)
+def _means_of(comparison: Comparison) -> pd.DataFrame:
+    """Return the compared scores with a row per sequence and a column per tracker."""
+    scores = {name: [run.mean() for run in row] for name, row in comparison.scores.items()}
+    return pd.DataFrame(scores, index=[*comparison.sequences])
 
 
 def _has_values(table: Table) -> bool:

@@ -27,11 +27,10 @@ SETTING_LABELS = {setting: setting.replace("-", " ") for setting in SETTINGS}
 
 @dataclass(frozen=True)
 class ReproductionOptions:
-    """Options of `trackmark reproduce`: which parts of a paper are reproduced, and how often."""
+    """Options of `trackmark reproduce`: which parts of a paper are reproduced."""
 
     quick: bool = False  # only main table and film strips, on few scenes, without verdicts
     with_sensitivity: bool = False  # adds the sensitivity table
-    repetitions: int | None = None  # maximum number of repetitions; None: as in `paper.toml`
     jobs: int | None = None  # worker processes; None: one per core
 
     def command(self, paper: str) -> str:
@@ -39,7 +38,6 @@ class ReproductionOptions:
         options = [
             *(["--quick"] if self.quick else []),
             *(["--all"] if self.with_sensitivity else []),
-            *([f"--repetitions {self.repetitions}"] if self.repetitions is not None else []),
         ]
         return " ".join(["trackmark", "reproduce", paper, *options])
 

@@ -5,7 +5,7 @@ module replace each name by its object while a file is read, so that a wrong nam
 its field.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from typing import Annotated, Any, TypeVar
@@ -56,7 +56,7 @@ class PaperSequence:
     members: tuple[str, ...]  # specifications without the scene
     scenes_of: str = ""  # name of the scenes in criteria.csv, if not that of the member
 
-    def scenes(self, n_scenes: int, further_options: str = "") -> list[tuple[str, ...]]:
+    def scenes(self, n_scenes: int) -> list[tuple[str, ...]]:
         """Return the specifications of the first scenes, one per member.
 
         Raises `ExperimentError` if fewer scenes meet the criteria than are requested.
@@ -71,7 +71,6 @@ class PaperSequence:
                     f"{len(passing)} meet the criteria. Check more: "
                     f"python -m tools.scene_check {self.paper}."
                 )
-            options |= parse_options(further_options)
             members.append(
                 [format_text(name, {**options, "scene": scene}) for scene in passing[:n_scenes]]
             )
@@ -85,12 +84,11 @@ class Case:
     tracker: str  # specification
     sequence: PaperSequence
     n_scenes: int
-    sequence_options: str = ""  # additional options, such as `light=dappled`
 
     @property
     def scenes(self) -> list[tuple[str, ...]]:
         """Specifications of the scenes, one per member of the sequence."""
-        return self.sequence.scenes(self.n_scenes, self.sequence_options)
+        return self.sequence.scenes(self.n_scenes)
 
     @property
     def scenes_of_members(self) -> list[str]:
@@ -111,20 +109,6 @@ def _find(noun: str, name: str, valid: Mapping[str, Found]) -> Found:
     if name not in valid:
         raise ValueError(f"unknown {noun} {name!r}; known: {', '.join(valid)}")
     return valid[name]
-
-
-def cases(
-    trackers: Iterable[PaperTracker],
-    sequences: Iterable[PaperSequence],
-    setting: str,
-    n_scenes: int,
-) -> list[Case]:
-    """Return the cases of all trackers on all sequences in a setting."""
-    return [
-        Case(tracker.spec(setting), sequence, n_scenes)
-        for tracker in trackers
-        for sequence in sequences
-    ]
 
 
 def parse_options(options: str) -> dict[str, str]:

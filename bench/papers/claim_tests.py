@@ -1,8 +1,8 @@
 """Tests of claims: each judges one value per scene (`Evidence`) by a rule of `verdict_rules`.
 
 Before a rule applies, the scenes must be able to show the claim. Otherwise the verdict is "not
-testable here". The tests are, in this order: problem not posed, floor or ceiling, lost before the
-event, the rule of the claim, and criteria of the scenes that favour the claim.
+testable here". The tests are, in this order: problem not posed, equal runs, floor or ceiling, lost
+before the event, the rule of the claim, and criteria of the scenes that favour the claim.
 """
 
 from dataclasses import dataclass, field, replace
@@ -100,11 +100,6 @@ def judge(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judg
     return verdict
 
 
-def notes(evidence: Evidence) -> list[str]:
-    """Return remarks that limit a verdict."""
-    return [evidence.failed] if evidence.failed else []
-
-
 def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
     """Return better minus worse by sequence and scene; positive values support the claim."""
     sign = -1.0 if evidence.lower_is_better else 1.0
@@ -115,26 +110,23 @@ def scene_differences(claim: Claim, evidence: Evidence) -> "pd.Series[float]":
     return differences.dropna()
 
 
-def chosen_trackers(table: pd.DataFrame, hardest: str, sign: float = 1.0) -> dict[str, str]:
-    """Return the tracker of a side by sequence.
+def compared_trackers(evidence: Evidence) -> tuple[dict[str, str], dict[str, str]]:
+    """Return the trackers of both sides that are compared, by sequence.
 
-    It is the tracker whose mean on the sequence, times `sign`, is smallest (`min`) or largest
-    (`max`).
+    They are the least favourable ones for the claim: the worst of the first side, and the best of
+    the second, by their means on the sequence.
     """
-    chosen: dict[str, str] = {}
+    sign = -1.0 if evidence.lower_is_better else 1.0
+    return _with_smallest_mean(evidence.first, sign), _with_smallest_mean(evidence.second, -sign)
+
+
+def _with_smallest_mean(table: pd.DataFrame, sign: float) -> dict[str, str]:
+    """Return the tracker whose mean on a sequence, times `sign`, is smallest, by sequence."""
+    trackers: dict[str, str] = {}
     for sequence, rows in table.groupby("sequence", sort=False):
         means = sign * rows.groupby("tracker", sort=False)["value"].mean()
-        chosen[str(sequence)] = str(means.idxmax() if hardest == "max" else means.idxmin())
-    return chosen
-
-
-def compared_trackers(evidence: Evidence) -> tuple[dict[str, str], dict[str, str]]:
-    """Return the trackers of both sides that are compared, by sequence."""
-    sign = -1.0 if evidence.lower_is_better else 1.0
-    return (
-        chosen_trackers(evidence.first, "min", sign),
-        chosen_trackers(evidence.second, "max", sign),
-    )
+        trackers[str(sequence)] = str(means.idxmin())
+    return trackers
 
 
 def _judge_by_rule(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
@@ -145,7 +137,7 @@ def _judge_by_rule(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims
         verdict = share(_succeeded(evidence.first))
     else:
         verdict = _judge_differences(claim, evidence)
-    return replace(verdict, unit=evidence.unit, counted=evidence.unit_noun)
+    return replace(verdict, unit=claim.unit or evidence.unit, counted=evidence.unit_noun)
 
 
 def _judge_differences(claim: Claim, evidence: Evidence) -> Verdict:  # name: claims are judged
@@ -169,7 +161,7 @@ def _obstacle(claim: Claim, evidence: Evidence) -> str:
         return f"problem not posed: {evidence.not_posed}"
     if claim.test == "order" and evidence.equal_runs > HALF:
         share_of = f"{100 * evidence.equal_runs:.0f} % of the scenes"
-        return f"problem not posed: the compared runs have equal boxes in {share_of}"
+        return f"equal runs: the compared trackers have equal boxes in {share_of}"
     return _floor_or_ceiling(claim, evidence) or _lost_before(evidence.lost_before)
 
 
@@ -182,17 +174,17 @@ def _floor_or_ceiling(claim: Claim, evidence: Evidence) -> str:
         _interval(_of_trackers(table, chosen), evidence)
         for table, chosen in zip(tables, compared_trackers(evidence), strict=True)
     ]
-    whole = "scenes" if evidence.unit_noun == "scene" else f"members of the {evidence.unit_noun}s"
+    units = "scenes" if evidence.unit_noun == "scene" else f"members of the {evidence.unit_noun}s"
     if claim.test == "no-worse":
         name, able = "the reference keeps", sides[1:]
     else:
         of_trackers = [rows for table in tables for _, rows in table.groupby("tracker")]
         name, able = "all trackers keep", [_interval(rows, evidence) for rows in of_trackers]
     if evidence.unit in FLOOR_UNITS and at_floor(able):
-        return f"floor: {name} the target in less than {100 * FLOOR_SHARE:.0f} % of the {whole}"
+        return f"floor: {name} the target in less than {100 * FLOOR_SHARE:.0f} % of the {units}"
     if evidence.unit in CEILING_UNITS and at_ceiling(sides):
         limit = f"{100 * CEILING_SHARE:.0f} %"
-        return f"ceiling: both sides keep the target in more than {limit} of the {whole}"
+        return f"ceiling: both sides keep the target in more than {limit} of the {units}"
     return ""
 
 

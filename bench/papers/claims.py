@@ -59,6 +59,8 @@ class Claim(TomlTable):
         Kind of test.
     margin : float
         Largest irrelevant difference, in the unit of the measure.
+    unit : str
+        Unit that is printed with a difference, if the measure's unit `share` does not tell of what.
     falsified_if : str
         Result that refutes the claim.
     reason : str
@@ -81,6 +83,7 @@ class Claim(TomlTable):
     measure: MeasureName
     test: Test
     margin: Annotated[float, Field(gt=0)] | None = None
+    unit: str = ""
     falsified_if: NonEmptyText
     reason: NonEmptyText
     scenes: Annotated[int, Field(ge=0)] = 0

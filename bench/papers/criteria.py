@@ -13,7 +13,7 @@ from pydantic import model_validator
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 from trackmark.bench.papers import paper_file
-from trackmark.bench.papers.toml_table import NonEmptyText, TomlTable, validated
+from trackmark.bench.papers.toml_table import NonEmptyText, TomlTable, as_tuple, validated
 
 FIRST_SCENE = 200
 """Default first scene of a sequence. Scenes with lower numbers were used to design the scenes."""
@@ -40,7 +40,7 @@ class Criterion(TomlTable):
 
     sequence: NonEmptyText  # specification without the scene; options name a variant
     name: NonEmptyText  # measured quantity with its unit
-    kind: Kind
+    kind: Kind  # name: key of criteria.toml
     measure: NonEmptyText
     # the paper's words, or recorded data, from which the bound is derived
     sentence: NonEmptyText
@@ -80,12 +80,13 @@ def read_criteria(paper: str) -> tuple[dict[str, int], list[Criterion]]:
     """
     path = paper_file(paper, "criteria.toml")
     table = read_toml(path, ExperimentError)
-    criteria = []
-    for number, entry in enumerate(table["criterion"], start=1):
-        sequences = entry.pop("sequence")
-        for sequence in [sequences] if isinstance(sequences, str) else sequences:
-            location = f"{path}: criterion {number}"
-            criteria.append(validated(Criterion, {"sequence": sequence, **entry}, location))
+    criteria = list[Criterion]()
+    for position, fields in enumerate(table["criterion"], start=1):
+        location = f"{path}: criterion {position}"
+        criteria += [
+            validated(Criterion, {**fields, "sequence": sequence}, location)
+            for sequence in as_tuple(fields["sequence"])
+        ]
     order = list(dict.fromkeys(criterion.sequence for criterion in criteria))
     first = dict.fromkeys(order, FIRST_SCENE) | table.get("first_scene", {})
     return first, sorted(criteria, key=lambda criterion: order.index(criterion.sequence))

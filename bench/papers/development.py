@@ -5,24 +5,25 @@ is not part of the wheel, executes the runs and stores their means in `developme
 scenes of the claims is among them.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 from functools import cache
-from typing import Annotated, Literal
+from typing import Annotated
 
 import pandas as pd
-from pydantic import Field
+from pydantic import Field, InstanceOf
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
 from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.cases import (
+    Case,
     MeasureName,
     PaperTracker,
+    SequenceName,
     SequenceNames,
     TrackerName,
-    parse_options,
 )
-from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper
+from trackmark.bench.papers.paper import ChainStep, OptionTexts, Paper, changed_options
 from trackmark.bench.papers.toml_table import NonEmptyText, Texts, TomlTable, validated
 
 FIRST_SCENE = 100
@@ -35,9 +36,6 @@ N_SCENES = 16
 """Number of development scenes per sequence, unless the cost of a paper's runs forbids it."""
 
 WRITTEN, RECOMMENDED = "as-written", "recommended"
-
-Kind = Literal["setting", "alone", "together", "reasoned", "choice"]
-"""Kind of a variant: a setting, a step alone, steps together, or a candidate."""
 
 ALL = "all"
 """Name of all sequences, or of all recordings, in `development.csv`."""
@@ -55,14 +53,14 @@ class DevelopmentRuns(TomlTable):
 
 
 class Candidate(TomlTable):
-    """Values that were compared with those of a setting, and not taken.
+    """Values that were compared with the recommended ones, and not taken.
 
-    A candidate with a `reason` is as well founded as the value of the setting. The other candidates
-    are choices that the text leaves open. `changed_options` as in `SensitivityRow`.
+    A candidate with a `reason` is as well founded as the recommended value. The other candidates
+    are choices that the text leaves open. `changed_options`: options by tracker,
+    which is named as in `paper.toml` or by its registered name.
     """
 
     name: NonEmptyText
-    setting: Literal["as-written", "recommended"] = "recommended"
     changed_options: OptionTexts
     reason: str = ""
 
@@ -91,19 +89,46 @@ class Development(TomlTable):
         return N_RECORDINGS - len(self.skipped_recordings)
 
 
+class SensitivityColumn(TomlTable):
+    """Column of the sensitivity table: a measure of a tracker on a sequence."""
+
+    heading: NonEmptyText
+    sequence: SequenceName
+    tracker: TrackerName
+    measure: MeasureName
+
+
+class Sensitivity(TomlTable):
+    """Sensitivity table of a paper, which has no verdicts.
+
+    Its rows are candidates of `development.toml` without a reason: choices that the paper leaves
+    open. Columns of trackers that a candidate does not change have the recommended values.
+    """
+
+    scenes: Annotated[int, Field(ge=1)] = 8
+    columns: tuple[SensitivityColumn, ...]
+    rows: tuple[InstanceOf[Candidate], ...]
+
+    def case(self, row: Candidate, column: SensitivityColumn) -> Case:
+        """Return the runs behind a cell of the table."""
+        changes = changed_options(row.changed_options, column.tracker)
+        return Case(column.tracker.spec(RECOMMENDED, changes), column.sequence, self.scenes)
+
+
 @dataclass(frozen=True)
 class Variant:
     """Values of a tracker on development data, and the variant with which they are compared."""
 
     name: str
     setting: str
-    changed_options: tuple[tuple[str, str], ...] = ()
+    changed_options: Mapping[str, str] = field(default_factory=dict)
     reference: str = ""  # name of a variant; empty for the first one
-    kind: Kind = "setting"
+    n_scenes: int = N_SCENES  # per sequence
+    on_recordings: bool = True
 
     def spec(self, tracker: PaperTracker) -> str:
         """Return the specification of a tracker with the values of the variant."""
-        return tracker.spec(self.setting, dict(self.changed_options))
+        return tracker.spec(self.setting, self.changed_options)
 
 
 def read_development(paper: Paper) -> Development:
@@ -112,38 +137,45 @@ def read_development(paper: Paper) -> Development:
     return validated(Development, read_toml(path, ExperimentError), str(path), paper.names)
 
 
+def read_sensitivity(paper: Paper) -> Sensitivity:
+    """Read a paper's `sensitivity.toml`; raise `ExperimentError` on errors."""
+    path = paper_file(paper.name, "sensitivity.toml")
+    table = read_toml(path, ExperimentError)
+    candidates = {candidate.name: candidate for candidate in read_development(paper).candidates}
+    if unknown := [name for name in table["rows"] if name not in candidates]:
+        raise ExperimentError(
+            f"{path}: {unknown[0]!r} is no candidate of development.toml. Add it there."
+        )
+    rows = [candidates[name] for name in table["rows"]]
+    return validated(Sensitivity, {**table, "rows": rows}, str(path), paper.names)
+
+
 def variants(paper: Paper, development: Development, tracker: PaperTracker) -> list[Variant]:
     """Return the variants of a tracker.
 
     They are the as-written values, each step of its chain alone, the first steps together, the
     default, and the candidates that change the tracker.
     """
-    compared = [Variant(WRITTEN, WRITTEN)]
-    steps = paper.steps(tracker.registered_name)
-    compared += [
-        Variant(alone(step), WRITTEN, ((step.parameter, step.recommended),), WRITTEN, "alone")
-        for step in steps
-    ]
-    previous = WRITTEN
-    for n_steps, step in enumerate(steps, 1):
-        options = tuple((step.parameter, step.recommended) for step in steps[:n_steps])
-        compared.append(Variant(together(step), WRITTEN, options, previous, "together"))
+    n_scenes, steps = development.scenes, paper.steps(tracker.registered_name)
+    compared = [Variant(WRITTEN, WRITTEN, n_scenes=n_scenes)]
+    for step in steps:
+        options = {step.parameter: step.recommended}
+        variant = Variant(alone(step), WRITTEN, options, WRITTEN, n_scenes, on_recordings=False)
+        compared.append(variant)
+    options, previous = {}, WRITTEN
+    for step in steps:
+        options = options | {step.parameter: step.recommended}
+        compared.append(Variant(together(step), WRITTEN, options, previous, n_scenes))
         previous = together(step)
-    compared.append(Variant(RECOMMENDED, RECOMMENDED, (), WRITTEN))
+    compared.append(Variant(RECOMMENDED, RECOMMENDED, {}, WRITTEN, n_scenes))
     for candidate in development.candidates:
-        options = candidate_options(candidate, tracker)
-        if options:
-            kind: Kind = "reasoned" if candidate.reason else "choice"
-            setting = candidate.setting
-            compared.append(Variant(candidate.name, setting, options, setting, kind))
+        if options := changed_options(candidate.changed_options, tracker):
+            is_reasoned = bool(candidate.reason)
+            limit = n_scenes if is_reasoned else min(n_scenes, development.choice_scenes)
+            compared.append(
+                Variant(candidate.name, RECOMMENDED, options, RECOMMENDED, limit, is_reasoned)
+            )
     return compared
-
-
-def n_scenes(development: Development, variant: Variant) -> int:
-    """Return the number of scenes per sequence on which a variant runs."""
-    if variant.kind == "choice":
-        return min(development.scenes, development.choice_scenes)
-    return development.scenes
 
 
 def alone(step: ChainStep) -> str:
@@ -154,13 +186,6 @@ def alone(step: ChainStep) -> str:
 def together(step: ChainStep) -> str:
     """Return the name of the variant that takes all steps up to this one."""
     return f"up to {step.parameter}"
-
-
-def candidate_options(candidate: Candidate, tracker: PaperTracker) -> tuple[tuple[str, str], ...]:
-    """Return the options that a candidate changes for a tracker, in their order."""
-    changes = candidate.changed_options
-    text = changes.get(tracker.name, changes.get(tracker.registered_name, ""))
-    return tuple(parse_options(text).items())
 
 
 @cache
@@ -176,15 +201,15 @@ def read_effects(paper: str) -> pd.DataFrame:
     return pd.read_csv(file, keep_default_na=False, na_values=[""], encoding="utf-8")
 
 
-def effect(paper: str, data: str, tracker: str, variant: str) -> "pd.Series | None":
+def effect(paper: str, data_set: str, tracker: str, variant: str) -> "pd.Series | None":
     """Return the row of a tracker that covers most units; None if it was not measured.
 
-    `tracker`: a registered name, for the row on all sequences, or a name of `paper.toml`, for the
-    row on its sequence.
+    `data_set`: `scenes` or `recordings`. `tracker`: a registered name, for the row on all
+    sequences, or a name of `paper.toml`, for the row on its sequence.
     """
     effects = read_effects(paper)
     rows = effects[
-        (effects["data"] == data)
+        (effects["data"] == data_set)
         & (effects["tracker"] == tracker)
         & (effects["variant"] == variant)
     ]

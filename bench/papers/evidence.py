@@ -55,40 +55,33 @@ def evidence(claim: Claim, setting: str, context: Context) -> Evidence:
 
 def _of_runs(claim: Claim, setting: str, context: Context) -> Evidence:
     """Return values of a measure of runs, and which of the runs keep the target."""
-    measure, (first, second) = claim.measure, claim.sides(setting)
+    measure, sides = claim.measure, claim.sides(setting)
     n_members = max(len(sequence.members) for sequence in claim.sequences)
-    is_bounded = measure.unit in BOUNDED
+    values = [_values(side, measure, context) for side in sides]
+    unit, lower_is_better, largest = measure.unit, measure.lower_is_better, inf
+    if unit in BOUNDED:
+        largest = 1.0 if measure.averaged else float(n_members)
+    counts_particles = claim.side_rule == "fewest particles"
+    if counts_particles:
+        values = [_fewest_particles(table) for table in values]
+        unit, lower_is_better, largest = DOUBLINGS, True, inf
     gathered = Evidence(
-        _values(first, measure, context),
-        _values(second, measure, context),
-        lower_is_better=measure.lower_is_better,
-        largest=(1.0 if measure.averaged else float(n_members)) if is_bounded else inf,
-        unit=measure.unit,
+        values[0],
+        values[1],
+        lower_is_better=lower_is_better,
+        largest=largest,
+        unit=unit,
         unit_noun="set" if n_members > 1 else "scene",
-        lost_before=_lost_before(claim, first, context),
-        failed=_failed(first + second, context),
+        lost_before=_lost_before(claim, sides[0], context),
+        failed=_failed(sides[0] + sides[1], context),
     )
-    if claim.side_rule == "fewest particles":
-        tables = (_fewest_particles(table) for table in (gathered.first, gathered.second))
-        first_table, second_table = tables
-        return replace(
-            gathered,
-            first=first_table,
-            second=second_table,
-            lower_is_better=True,
-            largest=inf,
-            unit=DOUBLINGS,
-        )
-    if not second:
+    if counts_particles or not claim.worse:
         return gathered
     gathered = replace(gathered, equal_runs=_equal_share(claim, gathered, context))
-    if measure.unit not in FLOOR_UNITS:
+    if unit not in FLOOR_UNITS:
         return gathered
-    return replace(
-        gathered,
-        kept_first=_kept_shares(first, measure, context),
-        kept_second=_kept_shares(second, measure, context),
-    )
+    first, second = (_kept_shares(side, measure, context) for side in sides)
+    return replace(gathered, kept_first=first, kept_second=second)
 
 
 def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
@@ -98,7 +91,10 @@ def _values(claim_cases: list[Case], measure: Measure, context: Context) -> pd.D
 
 def _kept_shares(claim_cases: list[Case], measure: Measure, context: Context) -> pd.DataFrame:
     """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
-    n_kept = _values(claim_cases, measure.kept_measure or context.paper.kept_measure, context)
+    kept_measure = context.paper.kept_measure
+    if measure.kept_measure:
+        kept_measure = replace(measure, function=measure.kept_measure)
+    n_kept = _values(claim_cases, kept_measure, context)
     n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
     return n_kept.assign(value=n_kept["value"] / n_kept["sequence"].map(n_members))
 
@@ -110,9 +106,11 @@ def _fewest_particles(table: pd.DataFrame) -> pd.DataFrame:
     """
     if table.empty:
         return table
-    numbers = {spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()}
-    counts = table["tracker"].map(numbers)
-    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(numbers.values()))
+    n_particles = {
+        spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()
+    }
+    counts = table["tracker"].map(n_particles)
+    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(n_particles.values()))
     by_scene = needed.groupby([table["sequence"], table["rank"]], sort=False).min()
     names = table.drop_duplicates(["sequence", "rank"]).set_index(["sequence", "rank"])
     fewest = names.assign(value=by_scene.map(log2)).reset_index()
@@ -134,17 +132,17 @@ def _equal_share(claim: Claim, gathered: Evidence, context: Context) -> float:
 
 
 def _equal_boxes(first: str, second: str, scene: str, context: Context) -> bool:
-    pairs = zip(
-        *(context.runs.measured_runs(tracker, scene) for tracker in (first, second)), strict=False
-    )
-    return all(np.array_equal(a.boxes, b.boxes, equal_nan=True) for a, b in pairs)
+    runs = [context.runs.measured_run(tracker, scene) for tracker in (first, second)]
+    boxes = [measured.boxes for measured in runs if measured]
+    return all(np.array_equal(boxes[0], other, equal_nan=True) for other in boxes[1:])
 
 
 def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDArray[np.float64]:
     """Return by scene the success of losing the target before the event; empty without event."""
-    if claim.measure.lost_before is None or not claim.trackers:
+    measure = claim.measure
+    if measure.lost_before is None or not claim.trackers:
         return np.zeros(0)
-    values = _values(claim_cases, claim.measure.lost_before, context)
+    values = _values(claim_cases, replace(measure, function=measure.lost_before), context)
     return success(values["value"])
 
 
@@ -165,7 +163,7 @@ def _failed(claim_cases: list[Case], context: Context) -> str:
         measured.record
         for case in claim_cases
         for scene in case.scenes_of_members
-        for measured in context.runs.measured_runs(case.tracker, scene)
+        if (measured := context.runs.measured_run(case.tracker, scene))
     ]
     failed = [record for record in records if record.failure]
     if not failed:

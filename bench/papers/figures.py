@@ -4,8 +4,7 @@ A function of a paper that draws a figure takes a `Context`. It returns a Matplo
 image, a `Strip`, a mapping from file stems to these, or None.
 """
 
-import re
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -17,7 +16,7 @@ from numpy.typing import NDArray
 from trackmark import datasets
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers import SETTING_LABELS
-from trackmark.bench.papers.cases import Case, PaperTracker
+from trackmark.bench.papers.cases import PaperSequence, PaperTracker
 from trackmark.bench.papers.measures import MeasuredRun, find_measure
 from trackmark.bench.papers.paper import FigureDefinition
 from trackmark.bench.papers.plots import series_plot
@@ -25,10 +24,13 @@ from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.settings import differences, parameters
 from trackmark.bench.papers.strips import BOTH, PAPER, Image, Note, Outline, Strip, StripRow
 from trackmark.reports.figures import save_figure
-from trackmark.reports.overlay import save_png
+from trackmark.reports.overlay import Shape, save_png
 from trackmark.reports.tables import MISSING
 
 Plot = Figure | Image | Strip
+
+Runs = Mapping[str, MeasuredRun]
+"""Runs of a tracker on a scene by the label of the setting."""
 
 
 @dataclass(frozen=True)
@@ -53,32 +55,29 @@ def draw_figures(context: Context) -> list[PaperFigure]:
     for name, definition in context.paper.figure.items():
         if not definition.is_drawn(context.options.quick):
             continue
-        description, plots = definition.description, dict[str, Plot | None]()
-        if definition.kind == "strip":
-            plots = {name: read_strip(definition, context)}
-        elif definition.kind == "plot":
-            description, drawn_plot = _plot(definition, context)
-            plots = {name: drawn_plot}
-        elif definition.function:
+        description, drawn = definition.description, None
+        if definition.function:
             drawn = definition.function(context)
-            plots = dict(drawn) if isinstance(drawn, Mapping) else {name: drawn}
+        elif definition.frames:
+            drawn = _strip(definition, context)
+        else:
+            description, drawn = _plot(definition, context)
+        plots: Mapping[str, Plot | None] = drawn if isinstance(drawn, Mapping) else {name: drawn}
         for stem, plot in plots.items():
             label, caption = figure_label(stem), definition.caption_of(stem)
             if isinstance(plot, Strip):
-                content = f"{description} Scene {plot.scene}.".strip()
-                figures.append(PaperFigure(stem, label, caption, content, None, plot))
+                text = f"{description} Scene {plot.scene}.".strip()
+                figures.append(PaperFigure(stem, label, caption, text, None, plot))
             elif plot is not None:
                 path = _write(stem, plot, context)
                 figures.append(PaperFigure(stem, label, caption, description, path))
     return figures
 
 
-def figure_label(name: str) -> str:
-    """Return `Fig. 3, recommended` for `figure-3-recommended`; for other names, words."""
-    number, _, rest = name.removeprefix("figure-").partition("-")
-    if not re.fullmatch(r"figure-\d+\w?(-.*)?", name):
-        return name.replace("-", " ").capitalize()
-    return ", ".join(filter(None, [f"Fig. {number}", rest.replace("-", " ")]))
+def figure_label(stem: str) -> str:
+    """Return `Fig. 3, recommended` for `figure-3-recommended`."""
+    _, number, *rest = stem.split("-")
+    return ", ".join([f"Fig. {number}", *([" ".join(rest)] if rest else [])])
 
 
 def _write(name: str, plot: Figure | Image, context: Context) -> Path:
@@ -89,44 +88,74 @@ def _write(name: str, plot: Figure | Image, context: Context) -> Path:
     return write_file(path, lambda file: save_png(file, plot))
 
 
-def read_strip(definition: FigureDefinition, context: Context) -> Strip | None:
+def _strip(definition: FigureDefinition, context: Context) -> Strip | None:
     """Return the strip of the scene with the median error; None without runs."""
-    (first, *_), frames_from = definition.trackers, context.paper.frames_from
-    scene = median_scene(_case(definition, first, "recommended", context), context)
+    assert definition.sequence is not None
+    scene = median_scene(definition.trackers[0], definition.sequence, context)
     if not scene:
         return None
-    frames = [number - frames_from for number in definition.frames]
-    rows, truth, sequence = list[StripRow](), list[Outline](), datasets.load(scene)
-    images = [sequence[frame] for frame in frames]
-    for tracker in definition.trackers:
+    frames = [number - context.paper.frames_from for number in definition.frames]
+    columns = {
+        frame: f"frame {number}" for frame, number in zip(frames, definition.frames, strict=True)
+    }
+
+    def write_notes(tracker: PaperTracker, runs: Runs, frame: int) -> list[Note]:
+        states = definition.paper.get(tracker.name)
+        return _notes(runs, frame, states[frames.index(frame)] if states else "")
+
+    trackers, shape = definition.trackers, definition.shape
+    return draw_strip(scene, trackers, columns, write_notes, context, shape)
+
+
+def draw_strip(
+    scene: str,
+    trackers: Sequence[PaperTracker],
+    columns: Mapping[int, str],
+    write_notes: Callable[[PaperTracker, Runs, int], list[Note]],
+    context: Context,
+    shape: Shape = "box",
+) -> Strip:
+    """Return the strip of the scene with the median error of the first tracker, a row per tracker.
+
+    `columns`: label of each frame. `write_notes`: returns the notes on the runs of a tracker, by
+    setting label, in a frame.
+    """
+    sequence, rows, truth = datasets.load(scene), list[StripRow](), list[Outline]()
+    images = [sequence[frame] for frame in columns]
+    for tracker in trackers:
         runs = runs_by_setting(tracker, scene, context)
-        states = definition.paper.get(tracker.name, ("",) * len(frames))
-        notes = [_notes(runs, *place) for place in zip(frames, states, strict=True)]
-        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in frames]
+        boxes = [{label: run.boxes[frame] for label, run in runs.items()} for frame in columns]
+        notes = [write_notes(tracker, runs, frame) for frame in columns]
         rows.append(StripRow(tracker.name, images, boxes, notes))
-        truth = [next(iter(runs.values())).truth.boxes[frame] for frame in frames]
-    labels = [f"frame {number}" for number in definition.frames]
-    chosen = f"`{scene}`, which has the median error of {first.name}, recommended"
-    return Strip(chosen, labels, truth, rows, definition.shape)
+        truth = [next(iter(runs.values())).truth.boxes[frame] for frame in columns]
+    selection = selection_sentence(scene, trackers[0].name)
+    return Strip(selection, list(columns.values()), truth, rows, shape)
 
 
-def median_scene(case: Case, context: Context) -> str:
-    """Return the specification of the scene with the median error; empty without runs."""
+def selection_sentence(scene: str, tracker: str) -> str:
+    """Return the specification of a scene with the reason why it is shown."""
+    return f"`{scene}`, which has the median error of {tracker}, recommended"
+
+
+def median_scene(tracker: PaperTracker, sequence: PaperSequence, context: Context) -> str:
+    """Return the scene with the median error of the recommended tracker; empty without runs."""
+    case = context.case(tracker, sequence, "recommended")
     values = context.runs.values(case, find_measure("mean_error", context.paper.name))
     ordered = values.sort_values("value", kind="stable")["scene"]
     return str(ordered.iloc[(len(ordered) - 1) // 2]) if len(ordered) else ""
 
 
-def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> dict[str, MeasuredRun]:
-    """Return the first run of each setting by its label; one run if the settings are equal."""
+def runs_by_setting(tracker: PaperTracker, scene: str, context: Context) -> Runs:
+    """Return the run of each setting by its label; one run if the settings are equal."""
     specs = {label: tracker.spec(setting) for setting, label in SETTING_LABELS.items()}
     written, recommended = (parameters(spec) for spec in specs.values())
     if not differences(written, recommended):
         specs = {BOTH: specs.popitem()[1]}
-    return {label: context.runs.measured_runs(spec, scene)[0] for label, spec in specs.items()}
+    runs = {label: context.runs.measured_run(spec, scene) for label, spec in specs.items()}
+    return {label: measured for label, measured in runs.items() if measured}
 
 
-def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note]:
+def _notes(runs: Runs, frame: int, paper: str) -> list[Note]:
     """Return the state of the target in a frame, in the paper and in our runs.
 
     `paper`: `tracked` or `lost` in the paper, or empty.
@@ -142,31 +171,21 @@ def _notes(runs: Mapping[str, MeasuredRun], frame: int, paper: str) -> list[Note
     return notes
 
 
-def _case(
-    definition: FigureDefinition, tracker: PaperTracker, setting: str, context: Context
-) -> Case:
-    assert definition.sequence is not None
-    return Case(tracker.spec(setting), definition.sequence, context.n_scenes)
-
-
 def _plot(definition: FigureDefinition, context: Context) -> tuple[str, Figure | None]:
     """Draw a value by frame: one line per tracker, one panel per setting."""
+    assert definition.sequence is not None
     panels: dict[str, dict[str, NDArray[np.float64]]] = {}
     for setting, label in SETTING_LABELS.items():
         for tracker in definition.trackers:
-            case = _case(definition, tracker, setting, context)
-            runs_by_scene = (
-                context.runs.measured_runs(case.tracker, s) for s in case.scenes_of_members
-            )
-            means = [
-                np.mean([*map(definition.quantity, runs)], axis=0) for runs in runs_by_scene if runs
-            ]
-            if means:  # shorter scenes are padded with NaN
-                panels.setdefault(label, {})[tracker.name] = pd.DataFrame(means).to_numpy(float)
+            case = context.case(tracker, definition.sequence, setting)
+            runs = (context.runs.measured_run(case.tracker, s) for s in case.scenes_of_members)
+            curves = [definition.quantity(measured) for measured in runs if measured]
+            if curves:  # shorter scenes are padded with NaN
+                panels.setdefault(label, {})[tracker.name] = pd.DataFrame(curves).to_numpy(float)
     if not panels:
         return "", None
     quantity, trackers = definition.axis_label, [tracker.name for tracker in definition.trackers]
-    sequence = definition.sequence.name if definition.sequence else ""
+    sequence = definition.sequence.name
     title = f"{sequence}: {quantity}"
     figure = series_plot(panels, title, quantity, trackers, context.paper.frames_from)
     description = (

@@ -23,9 +23,9 @@ from trackmark.bench.papers.player_content import (
 )
 from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.sections import SETTINGS_SENTENCE, answer
+from trackmark.bench.papers.sections import SETTINGS_SENTENCE, label_sentences
 from trackmark.bench.papers.strips import COLOUR_SENTENCE, PAPER, Strip, StripRow
-from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text
+from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text, setting_counts
 from trackmark.reports.tables import MISSING
 
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
@@ -45,23 +45,21 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
             runs += main_runs(row, setting, context)
     player = player_content(runs, context, progress)
     labels = _tracker_labels(context)
-    answers = answer(report.paper, report.verdicts) or ["", _no_verdicts(report)]
-    finding, *sums, explanations = answers
+    heading, details = report.paper.finding, label_sentences(report.verdicts)
+    if not report.verdicts:
+        command = f"trackmark reproduce {report.paper.name}"
+        heading = ""
+        details = f"Quick report on few scenes, without verdicts. For verdicts run: {command}"
     page = Page(
         report.paper.title,
         [*_sections(report, player)],
         [labels[label] for label in player.reading.labels],
         player.sequences,
-        heading=without_markup(finding),
-        sums=sums,
-        details=[without_markup(explanations)],
+        heading=without_markup(heading),
+        sums=setting_counts(report.verdicts),
+        details=[without_markup(details)],
     )
     return write_page(path, page)
-
-
-def _no_verdicts(report: Report) -> str:
-    command = f"trackmark reproduce {report.paper.name}"
-    return f"Quick report on few scenes, without verdicts. For verdicts run: {command}"
 
 
 def _tracker_labels(context: Context) -> dict[str, str]:
@@ -79,8 +77,8 @@ def _tracker_labels(context: Context) -> dict[str, str]:
 def _sections(report: Report, player: PlayerContent) -> Iterator[PageSection]:
     """Yield the parts of the page in their order."""
     table, caption = _main_table(report, player), "A number of ours opens the worst run behind it."
-    numbers, *others = report.sections
-    yield PageSection("numbers", numbers.title, [table], caption=caption, nav="Table")
+    by_key = {section.key: section for section in report.sections}
+    yield PageSection("numbers", by_key["numbers"].title, [table], caption=caption, nav="Table")
     figures = [*report.pictures, *(f for f in report.figures if f not in report.pictures)]
     if panels := _panels(figures):
         cards = [card("figure_panels", panels=panels)]
@@ -92,10 +90,9 @@ def _sections(report: Report, player: PlayerContent) -> Iterator[PageSection]:
         )
         cards = [card("verdict_groups", groups=groups)]
         yield PageSection("verdicts", "Verdicts", cards, caption=caption, nav="Verdicts")
-    for section in others:
-        if section.key == "differences":
-            cards = [card("texts", paragraphs=_paragraphs(section.paragraphs))]
-            yield PageSection(section.key, section.title, cards, nav="Differences")
+    if section := by_key.get("differences"):
+        cards = [card("texts", paragraphs=_paragraphs(section.paragraphs))]
+        yield PageSection(section.key, section.title, cards, nav="Differences")
     yield PageSection("details", "Details", [*_folds(report)], nav="Details")
 
 
@@ -161,20 +158,14 @@ def _panel(label: str, figures: Sequence[PaperFigure]) -> dict[str, Any]:
     if figure.strip is None:
         pictures = [compress_picture(drawn.path.read_bytes()) for drawn in figures if drawn.path]
         return panel | {"description": description, "pictures": pictures}
-    states = (
-        ""
-        if not _has_states(figure.strip)
-        else (" Green: tracked or lost as in the paper; red: not.")
-    )
+    notes = [note for row in figure.strip.rows for of_tile in row.notes for note in of_tile]
+    has_states = any(note.tone for note in notes)
+    states = " Green: tracked or lost as in the paper; red: not." if has_states else ""
     return panel | {
         "description": f"{description} {COLOUR_SENTENCE}{states}",
         "n_columns": len(figure.strip.labels),
         "rows": [(row.name, [*_tiles(figure.strip, row)]) for row in figure.strip.rows],
     }
-
-
-def _has_states(strip: Strip) -> bool:
-    return any(note.tone for row in strip.rows for notes in row.notes for note in notes)
 
 
 def _tiles(strip: Strip, row: StripRow) -> Iterator[dict[str, Any]]:
@@ -262,10 +253,10 @@ def _folds(report: Report) -> Iterator[Markup]:
             )
 
 
-def _paragraphs(texts: Sequence[str]) -> list[str]:
-    """Return the paragraphs and the items of texts in Markdown, without their marks."""
-    parts = [part for text in texts for part in re.split(r"\n\s*\n|\n(?=[-*] )", text.strip())]
-    return [without_markup(part) for part in parts if part]
+def _paragraphs(blocks: Sequence[str]) -> list[str]:
+    """Return the paragraphs and the items of Markdown, without their marks."""
+    paragraphs = re.split(r"\n\s*\n|\n(?=[-*] )", "\n\n".join(blocks))
+    return [without_markup(paragraph) for paragraph in paragraphs if paragraph.strip()]
 
 
 def without_markup(markdown: str) -> str:

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import pandas as pd
 
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.cases import Case, cases
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow, Paper
 from trackmark.bench.papers.runs import Context
@@ -69,14 +68,14 @@ def main_cell(row: MainRow, setting: str, context: Context) -> MainCell:
     """Return our cell of a row in a setting."""
     if row.function:
         return MainCell.parse(str(row.function(context, setting)))
-    if row.compares:
-        return _counted([_nearer(row, setting, context)])
+    assert row.sequence is not None
     tables = [
-        pd.concat([context.runs.values(case, measure) for case in of_tracker])
+        context.runs.values(context.case(tracker, row.sequence, setting), measure)
         for tracker in row.trackers
-        for of_tracker in [cases([tracker], row.sequences, setting, context.n_scenes)]
         for measure in row.measures
     ]
+    if row.compares:
+        tables = [_nearer(tables[0], tables[1], row.measures[0])]
     if not row.total:
         return _counted(tables)
     form = ".0f" if all(measure.unit == "frames" for measure in row.measures) else ".1f"
@@ -91,18 +90,8 @@ def _counted(tables: list[pd.DataFrame]) -> MainCell:
     return MainCell(tuple(counts), str(total))
 
 
-def _nearer(row: MainRow, setting: str, context: Context) -> pd.DataFrame:
+def _nearer(first: pd.DataFrame, second: pd.DataFrame, measure: Measure) -> pd.DataFrame:
     """Return 1 for each scene in which the first tracker has the better value, else 0."""
-    (measure,) = row.measures
-    first, second = (
-        _by_scene(cases([tracker], row.sequences, setting, context.n_scenes), measure, context)
-        for tracker in row.trackers
-    )
-    differences = (second - first if measure.lower_is_better else first - second).dropna()
-    return pd.DataFrame({"value": (differences > 0).astype(float)})
-
-
-def _by_scene(of_tracker: list[Case], measure: Measure, context: Context) -> "pd.Series[float]":
-    values = pd.concat([context.runs.values(case, measure) for case in of_tracker])
-    by_scene: pd.Series[float] = values.set_index(["sequence", "rank"])["value"]
-    return by_scene
+    gains = first.set_index("rank")["value"] - second.set_index("rank")["value"]
+    gains = (-gains if measure.lower_is_better else gains).dropna()
+    return pd.DataFrame({"value": (gains > 0).astype(float)})

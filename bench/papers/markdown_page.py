@@ -7,11 +7,12 @@ from pathlib import Path
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.figures import PaperFigure
 from trackmark.bench.papers.reproduction import Report
-from trackmark.bench.papers.sections import Section, answer
+from trackmark.bench.papers.sections import Section, label_sentences
 from trackmark.bench.papers.strips import draw_picture, to_webp
+from trackmark.bench.papers.verdicts import setting_counts
 from trackmark.reports.renderers import to_markdown
 
-NOT_JUDGED = (
+WITHOUT_VERDICTS = (
     "The claims of this paper have not been judged on the present scenes. The numbers below are a "
     "quick look; their caption states the number of scenes."
 )
@@ -44,32 +45,32 @@ def page(report: Report, path: Path, pictures: Path) -> str:
     """Return the page of a paper; its links are relative to `path`."""
     details = details_file(path).name
     more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
-    parts = [f"# {report.paper.title}", report.paper.citation]
-    finding, *sums, labels = answer(report.paper, report.verdicts) or [
-        report.paper.method,
-        NOT_JUDGED,
-    ]
-    lines = "\n".join(f"- {line}" for line in sums)
-    parts += [f"**{finding}**" if sums else finding, lines, labels, more]
+    blocks = [f"# {report.paper.title}", report.paper.citation]
+    if report.verdicts:
+        sums = "\n".join(f"- {line}" for line in setting_counts(report.verdicts))
+        blocks += [f"**{report.paper.finding}**", sums, label_sentences(report.verdicts)]
+    else:
+        blocks += [report.paper.method, WITHOUT_VERDICTS]
+    blocks.append(more)
     for section in report.sections:
-        parts += [f"## {section.title}", *_paragraphs(section)]
+        blocks += [f"## {section.title}", *_paragraphs(section)]
         for figure in section.figures:
             file = Path(relpath(picture_file(figure, pictures, report), path.parent)).as_posix()
-            parts += [f"![{alternative_text(figure)}]({file})", f"*{_figure_caption(figure)}*"]
-        parts += _tables(section)
-    return "\n\n".join(part for part in parts if part) + "\n"
+            blocks += [f"![{alternative_text(figure)}]({file})", f"*{_figure_caption(figure)}*"]
+        blocks += _tables(section)
+    return "\n\n".join(block for block in blocks if block) + "\n"
 
 
 def details_page(report: Report, path: Path) -> str:
     """Return the page with details; its links are relative to `path`, the page of the paper."""
     title = report.paper.title.partition(":")[0]
-    parts = [f"# Details: {title}", f"[Results and verdicts]({path.name})"]
+    blocks = [f"# Details: {title}", f"[Results and verdicts]({path.name})"]
     for section in report.details:
-        parts += [f"## {section.title}", *_paragraphs(section)]
+        blocks += [f"## {section.title}", *_paragraphs(section)]
         if section.figures:
-            parts.append(_figure_list(section.figures))
-        parts += _tables(section)
-    return "\n\n".join(part for part in parts if part) + "\n"
+            blocks.append(_figure_list(section.figures))
+        blocks += _tables(section)
+    return "\n\n".join(block for block in blocks if block) + "\n"
 
 
 def section_text(section: Section) -> str:

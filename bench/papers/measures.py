@@ -10,22 +10,19 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from math import hypot, nan
-from types import ModuleType
-from typing import Any, Literal, NamedTuple, TypeVar, get_type_hints
+from typing import Any, Literal, TypeVar, get_type_hints
 
 import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter
 
 from trackmark.bench.evaluation.run_record import Run, Trajectory
-from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.datasets.spec_string import parse_text
 
 Values = NDArray[np.float64]
 Function = Callable[..., Any]
-Subject = Literal["run", "scene"]
 F = TypeVar("F", bound=Function)
 
 KEPT_SHARE = 0.9  # minimum share of the visible frames in which a kept target is tracked
@@ -104,53 +101,10 @@ class MeasuredRun:
         """True in tracked frames, by the definition of the paper, shape (n,)."""
         return np.asarray(self.rules.on_target(self), np.float64) > 0
 
-    def in_trajectory(self, trajectory: Trajectory | None) -> "MeasuredRun":
-        """Return the run with its `online` or `revised` boxes; unchanged for None."""
-        if trajectory is None:
-            return self
-        return replace(self, rules=replace(self.rules, trajectory=trajectory))
-
     def detail(self, name: str) -> Values:
         """Return a detail that the tracker stored by frame, shape (n,); NaN if there is none."""
         values = self.record.details.get(name)
         return np.full(len(self.truth.boxes), nan) if values is None else np.asarray(values, float)
-
-    def window(self, first: int | None, last: int | None) -> slice:
-        """Return the slice of frames `first` to `last`, both included, in the paper's numbering."""
-        start = self.rules.frames_from
-        stop = len(self.truth.boxes) if last is None else last - start + 1
-        return slice(0 if first is None else first - start, stop)
-
-
-class Declaration(NamedTuple):
-    """Unit and direction of a measure."""
-
-    unit: str  # such as `share`, `px` or `frames`
-    lower_is_better: bool
-    lost_before: Function | None  # returns 1 if the target is lost before the event, else 0
-    kept_measure: Function | None  # returns 1 if the target is kept; None: as the paper defines it
-    averaged: bool  # values of a sequence with several members are averaged, not summed
-
-
-_DECLARATIONS: dict[Function, Declaration] = {}
-
-
-def measure(
-    unit: str = "",
-    *,
-    lower_is_better: bool = False,
-    lost_before: Function | None = None,
-    kept_measure: Function | None = None,
-    averaged: bool = False,
-) -> Callable[[F], F]:
-    """Declare a function as a measure; `Declaration` explains the arguments."""
-
-    def declare(function: F) -> F:
-        declaration = Declaration(unit, lower_is_better, lost_before, kept_measure, averaged)
-        _DECLARATIONS[function] = declaration
-        return function
-
-    return declare
 
 
 @dataclass(frozen=True)
@@ -162,13 +116,13 @@ class Measure:
     """
 
     spec: str
-    subject: Subject
+    subject: Literal["run", "scene"]
     function: Function
-    unit: str
+    unit: str  # such as `share`, `px` or `frames`
     lower_is_better: bool = False
     options: Mapping[str, Any] = field(default_factory=dict)
-    lost_before: "Measure | None" = None  # 1 if the target is lost before the event, else 0
-    kept_measure: "Measure | None" = None  # 1 if the target is kept; None: as the paper defines it
+    lost_before: Function | None = None  # 1 if the target is lost before the event, else 0
+    kept_measure: Function | None = None  # 1 if the target is kept; None: as the paper defines it
     averaged: bool = False  # values of a sequence with several members are averaged, not summed
 
     def __call__(self, measured: MeasuredRun) -> float:
@@ -182,6 +136,19 @@ class Measure:
         return f"{first_line.removeprefix('Return ').rstrip('.')} (`{self.spec}`)"
 
 
+_MEASURES: dict[Function, Measure] = {}
+
+
+def measure(unit: str = "", **properties: Any) -> Callable[[F], F]:
+    """Declare a function as a measure; the fields of `Measure` explain the arguments."""
+
+    def declare(function: F) -> F:
+        _MEASURES[function] = Measure(function.__name__, "run", function, unit, **properties)
+        return function
+
+    return declare
+
+
 @cache
 def find_measure(spec: str, paper: str) -> Measure:
     """Return the measure of a specification; the paper's measures precede the common ones.
@@ -189,35 +156,16 @@ def find_measure(spec: str, paper: str) -> Measure:
     `scenes.NAME` is a measure of scenes. Raises `ValueError` for an unknown name or option.
     """
     name, options = parse_text(spec)
-    module, _, short_name = name.rpartition(".")
-    function = getattr(paper_module(paper, module or "measures"), short_name, None)
-    if not module and function is None:
-        function = _COMMON_MEASURES.get(name)
-    if function not in _DECLARATIONS:
+    is_of_scenes = name.startswith("scenes.")
+    function = find_in_module(name if is_of_scenes else f"measures.{name}", paper)
+    declared = _MEASURES.get(function) or _COMMON_MEASURES.get(name)
+    if declared is None:
         raise ValueError(f"unknown measure {name!r} in {spec!r}")
     try:
-        typed = typed_options(function, options)
+        typed = typed_options(declared.function, options)
     except ValueError as error:
         raise ValueError(f"measure {spec!r}: {error}") from None
-    declaration = _DECLARATIONS[function]
-    before, kept_measure = (
-        related and Measure(f"{noun} {spec}", "run", related, "share", options=typed)
-        for noun, related in (
-            ("lost before", declaration.lost_before),
-            ("kept for", declaration.kept_measure),
-        )
-    )
-    return Measure(
-        spec,
-        "scene" if module == "scenes" else "run",
-        function,
-        declaration.unit,
-        declaration.lower_is_better,
-        typed,
-        before,
-        kept_measure,
-        declaration.averaged,
-    )
+    return replace(declared, spec=spec, subject="scene" if is_of_scenes else "run", options=typed)
 
 
 def typed_options(function: Function, options: Mapping[str, str]) -> dict[str, Any]:
@@ -231,32 +179,29 @@ def typed_options(function: Function, options: Mapping[str, str]) -> dict[str, A
     return {name: TypeAdapter(types[name]).validate_python(text) for name, text in options.items()}
 
 
-def paper_module(paper: str, name: str) -> ModuleType | None:
-    """Return a module in a paper's folder; None if it does not exist."""
+def find_in_module(name: str, paper: str) -> Any:
+    """Return `MODULE.NAME` of a paper's modules; None if it does not exist."""
+    module, _, attribute = name.rpartition(".")
+    path = f"trackmark.bench.papers.{paper}.{module}"
     try:
-        return importlib.import_module(f"trackmark.bench.papers.{paper}.{name}")
+        return getattr(importlib.import_module(path), attribute, None)
     except ModuleNotFoundError as error:
-        if error.name != f"trackmark.bench.papers.{paper}.{name}":
+        if error.name != path:
             raise
         return None
 
 
 def find_function(name: str, paper: str) -> Function:
-    """Return `module.function` of a paper's modules; raise `ValueError` if it is missing."""
-    module, _, function = name.rpartition(".")
-    attribute: Function | None = getattr(paper_module(paper, module), function, None)
-    if attribute is None:
+    """Return `MODULE.NAME` of a paper's modules; raise `ValueError` if it does not exist."""
+    function: Function | None = find_in_module(name, paper)
+    if function is None:
         raise ValueError(f"unknown function {name!r}; expected: MODULE.FUNCTION")
-    return attribute
+    return function
 
 
 def frame_values(name: str, paper: str) -> Callable[[MeasuredRun], Values]:
-    """Return a function for a value per frame: the paper's, a common one, or a detail."""
-    values = FRAME_VALUES | getattr(paper_module(paper, "measures"), "FRAME_VALUES", {})
-    function: Callable[[MeasuredRun], Values] = values.get(name) or (
-        lambda measured: measured.detail(name)
-    )
-    return function
+    """Return a function for a value per frame, of the paper's `measures.py` or a common one."""
+    return _COMMON_VALUES.get(name) or find_function(f"measures.{name}", paper)
 
 
 def inside(measured: MeasuredRun) -> Values:
@@ -266,12 +211,10 @@ def inside(measured: MeasuredRun) -> Values:
     return np.asarray(((centres >= low) & (centres <= low + size)).all(axis=1), np.float64)
 
 
-FRAME_VALUES: dict[str, Callable[[MeasuredRun], Values]] = {
+_COMMON_VALUES: dict[str, Callable[[MeasuredRun], Values]] = {
     "error": lambda measured: measured.error,
-    "overlap": lambda measured: measured.overlap,
     "within": lambda measured: np.asarray(measured.error <= measured.tolerance, np.float64),
     "inside": inside,
-    "visible": lambda measured: np.asarray(measured.truth.visibility, np.float64),
 }
 
 
@@ -296,10 +239,9 @@ def kept_to_end(measured: MeasuredRun) -> float:
 
 
 @measure("share")
-def on_target(measured: MeasuredRun, first: int | None = None, last: int | None = None) -> float:
+def on_target(measured: MeasuredRun) -> float:
     """Return the share of the visible frames in which the target is tracked."""
-    window = measured.window(first, last)
-    return float(measured.on_target[window][measured.visible[window]].mean())
+    return float(measured.on_target[measured.visible].mean())
 
 
 @measure("frames")
@@ -310,57 +252,42 @@ def frames_on_target(measured: MeasuredRun) -> float:
 
 @measure("px", lower_is_better=True)
 def mean_error(measured: MeasuredRun, first: int | None = None, last: int | None = None) -> float:
-    """Return the mean centre error in pixels."""
-    return float(np.nanmean(measured.error[measured.window(first, last)]))
+    """Return the mean centre error in pixels, from frame `first` to `last`, both included."""
+    start = measured.rules.frames_from
+    window = slice(first and first - start, last and last - start + 1)
+    return float(np.nanmean(measured.error[window]))
 
 
 @measure("overlap")
-def mean_overlap(measured: MeasuredRun, first: int | None = None, last: int | None = None) -> float:
+def mean_overlap(measured: MeasuredRun) -> float:
     """Return the mean overlap in [0, 1]."""
-    return float(np.nanmean(measured.overlap[measured.window(first, last)]))
-
-
-@measure("share")
-def all_on_target(measured: MeasuredRun, first: int, last: int) -> float:
-    """Return 1 if the target is tracked in every frame of a range."""
-    return float(measured.on_target[measured.window(first, last)].all())
+    return float(np.nanmean(measured.overlap))
 
 
 def _lost_before_event(
-    measured: MeasuredRun,
-    tracked: str = "",
-    lost: str = "",
-    once_lost: str = "",
-    mean_lost: str = "",
+    measured: MeasuredRun, tracked: str = "", lost: str = "", once_lost: str = ""
 ) -> float:
-    event = min(parse_frames("+".join(filter(None, [lost, once_lost, mean_lost]))), default=None)
-    before = [frame for frame in parse_frames(tracked) if event is None or frame < event]
-    return float(not _tracked_at(measured, before).all()) if before else 0.0
+    event = min(parse_frames(lost) + parse_frames(once_lost), default=0)
+    before = [frame for frame in parse_frames(tracked) if frame < event]
+    return float(not _tracked_at(measured, before).all())
 
 
 @measure("share", lost_before=_lost_before_event)
-def pattern(
-    measured: MeasuredRun,
-    tracked: str = "",
-    lost: str = "",
-    once_lost: str = "",
-    mean_lost: str = "",
-) -> float:
+def pattern(measured: MeasuredRun, tracked: str = "", lost: str = "", once_lost: str = "") -> float:
     """Return 1 if the target is tracked and lost in the frames of the options, else 0.
 
     `tracked=11+16`: tracked in all of these frames. `lost=58+100`: tracked in none of them.
-    `once_lost=12-15`: not tracked in at least one of them. `mean_lost=36-51`: the mean error over
-    these frames exceeds the tolerance.
+    `once_lost=12-15`: not tracked in at least one of them.
     """
-    holds = bool(_tracked_at(measured, parse_frames(tracked)).all()) if tracked else True
-    holds &= not (lost and _tracked_at(measured, parse_frames(lost)).any())
-    holds &= not (once_lost and _tracked_at(measured, parse_frames(once_lost)).all())
-    if mean_lost:
-        frames = parse_frames(mean_lost)
-        holds &= mean_error(measured, frames[0], frames[-1]) > measured.tolerance
+    holds = _tracked_at(measured, parse_frames(tracked)).all()
+    holds &= not _tracked_at(measured, parse_frames(lost)).any()
+    if once_lost:
+        holds &= not _tracked_at(measured, parse_frames(once_lost)).all()
     return float(holds)
 
 
-_COMMON_MEASURES: dict[str, Function] = {
-    function.__name__: function for function in _DECLARATIONS if function.__module__ == __name__
+_COMMON_MEASURES = {
+    declared.spec: declared
+    for function, declared in _MEASURES.items()
+    if function.__module__ == __name__
 }

@@ -8,12 +8,11 @@ CONTRIBUTING.md explains the fields; `bench/papers/wang2010/paper.toml` is a com
 from functools import cached_property
 from typing import Annotated, Literal
 
-from pydantic import BeforeValidator, Field, InstanceOf, model_validator
+from pydantic import BeforeValidator, Field, InstanceOf
 
 from trackmark.bench.experiments.experiment import ExperimentError, read_toml
-from trackmark.bench.papers import paper_file
+from trackmark.bench.papers import check_paper_name, paper_file
 from trackmark.bench.papers.cases import (
-    Case,
     FrameValuesName,
     FunctionName,
     MeasureName,
@@ -22,8 +21,6 @@ from trackmark.bench.papers.cases import (
     PaperSequence,
     PaperTracker,
     SequenceName,
-    SequenceNames,
-    TrackerName,
     TrackerNames,
     parse_options,
 )
@@ -32,8 +29,16 @@ from trackmark.bench.papers.measures import FrameRules
 from trackmark.bench.papers.toml_table import NonEmptyText, Texts, TomlTable, as_tuple, validated
 from trackmark.datasets.spec_string import parse_text
 
+MAIN_SCENES = 24
+"""Number of scenes per sequence in tables and figures, unless quick."""
+
 OptionTexts = dict[NonEmptyText, str]
 """Options by tracker name, as `{ wang2010 = "preset=as-written" }`."""
+
+
+def changed_options(options: OptionTexts, tracker: PaperTracker) -> dict[str, str]:
+    """Return the options for a tracker, under its own name or else its registered name."""
+    return parse_options(options.get(tracker.name, options.get(tracker.registered_name, "")))
 
 
 class MainRow(TomlTable):
@@ -52,7 +57,7 @@ class MainRow(TomlTable):
     labels: Texts
     paper: NonEmptyText
     claims: Texts = ()
-    sequences: SequenceNames = ()
+    sequence: SequenceName | None = None
     trackers: TrackerNames = ()
     measures: MeasureNames = ()
     total: Annotated[int, Field(ge=0)] = 0
@@ -71,16 +76,14 @@ class MainTable(TomlTable):
 class FigureDefinition(TomlTable):
     """Figure of the paper, drawn from our runs.
 
-    A `strip` shows `frames` (numbered as in the paper), one row per tracker. Its scene has the
-    median error of the first tracker in the setting `recommended`. A `plot` shows median and
-    quartiles over scenes of a value per frame. A `function` in the paper's modules draws any other
-    figure; `bench.papers.figures` describes its result.
+    A figure with `frames` (numbered as in the paper) is a strip with one row per tracker. Its scene
+    has the median error of the first tracker in the setting `recommended`. A figure with a
+    `function` of the paper's modules is drawn by it; `bench.papers.figures` describes its result.
+    Other figures are plots of a value per frame: median and quartiles over scenes.
     """
 
-    kind: Literal["strip", "plot", "function"]
-    caption: (
-        NonEmptyText | dict[str, NonEmptyText]
-    )  # content of the paper's figure; by file if there are several
+    # content of the paper's figure; by file if there are several
+    caption: NonEmptyText | dict[str, NonEmptyText]
     description: str = ""  # content of our figure, for functions
     sequence: SequenceName | None = None
     trackers: TrackerNames = ()
@@ -104,7 +107,7 @@ class FigureDefinition(TomlTable):
 
     def is_drawn(self, quick: bool) -> bool:
         """Return whether a report contains the figure; quick reports contain no plot."""
-        return not quick or (self.quick and self.kind != "plot")
+        return not quick or (self.quick and bool(self.frames or self.function))
 
 
 class ChainStep(TomlTable):
@@ -118,44 +121,6 @@ class ChainStep(TomlTable):
     recommended: NonEmptyText
     trackers: Texts
     reason: NonEmptyText
-
-
-class SensitivityColumn(TomlTable):
-    """Column of the sensitivity table: a measure of a tracker on a sequence."""
-
-    heading: NonEmptyText
-    sequence: SequenceName
-    tracker: TrackerName
-    measure: MeasureName
-
-
-class SensitivityRow(TomlTable):
-    """Choice that the paper leaves open, and the options that differ from those of a setting.
-
-    `changed_options`: options by tracker, which is named as in `paper.toml` or by its registered
-    name.
-    """
-
-    choice: NonEmptyText
-    setting: Literal["as-written", "recommended"] = "recommended"
-    changed_options: OptionTexts = Field(default={})
-    sequence_options: str = ""  # additional options of the sequences
-
-
-class Sensitivity(TomlTable):
-    """Sensitivity table of a paper, which has no verdicts."""
-
-    scenes: Annotated[int, Field(ge=1)] = 8
-    repetitions: Annotated[int, Field(ge=1)] = 1
-    columns: tuple[SensitivityColumn, ...]
-    rows: tuple[SensitivityRow, ...]
-
-    def case(self, row: SensitivityRow, column: SensitivityColumn) -> Case:
-        """Return the runs behind a cell of the table."""
-        tracker, changes = column.tracker, row.changed_options
-        change = changes.get(tracker.name, changes.get(tracker.registered_name, ""))
-        spec = tracker.spec(row.setting, parse_options(change))
-        return Case(spec, column.sequence, self.scenes, row.sequence_options)
 
 
 class SequenceTable(TomlTable):
@@ -198,8 +163,6 @@ class Paper(TomlTable):
     citation: NonEmptyText
     method: NonEmptyText
     finding: NonEmptyText  # result of the reproduction in one sentence
-    # Runs of stochastic trackers; odd, so that no scene is undecided by half of its runs.
-    repetitions: Annotated[int, Field(ge=1)] = 1
     frames_from: int = 0  # number of the first frame in the paper
     # Definition of a tracked frame: `within` (error up to half the mean box side), `inside` (centre
     # in the box), or a function in the paper's `measures.py`.
@@ -216,16 +179,14 @@ class Paper(TomlTable):
     pictures: Annotated[Texts, Field(max_length=2)] = ()  # strips on the page, by their file stems
     claims: dict[str, InstanceOf[Claim]]
 
-    @model_validator(mode="after")
-    def _check_repetitions(self) -> "Paper":
-        if self.repetitions % 2 == 0:
-            raise ValueError(f"repetitions is {self.repetitions}; expected: an odd number")
-        return self
-
     @cached_property
     def frame_rules(self) -> FrameRules:
         """Rules for the frames of the paper's runs."""
         return FrameRules(self.trajectory, self.frames_from, self.on_target)
+
+    def n_scenes(self, *, quick: bool) -> int:
+        """Return the number of scenes per sequence in tables and figures."""
+        return self.quick_scenes if quick else MAIN_SCENES
 
     @property
     def names(self) -> Names:
@@ -252,8 +213,10 @@ def read_paper(name: str) -> Paper:
     Raises
     ------
     ExperimentError
-        If a field is missing, unknown or wrong; the message names file, entry and field.
+        If the paper is unknown, or if a field is missing, unknown or wrong; the message names file,
+        entry and field.
     """
+    check_paper_name(name)
     path = paper_file(name, "paper.toml")
     table = read_toml(path, ExperimentError)
     tables = {key: table.pop(key, {}) for key in NameTables.model_fields}
@@ -275,9 +238,3 @@ def read_claims(name: str, names: Names) -> dict[str, Claim]:
         claim: validated(Claim, {"name": claim, **table}, f"{path}: claim {claim}", names)
         for claim, table in read_toml(path, ExperimentError).items()
     }
-
-
-def read_sensitivity(paper: Paper) -> Sensitivity:
-    """Read a paper's `sensitivity.toml`; raise `ExperimentError` on errors."""
-    path = paper_file(paper.name, "sensitivity.toml")
-    return validated(Sensitivity, read_toml(path, ExperimentError), str(path), paper.names)

@@ -1,16 +1,29 @@
 """Runs that a paper's claims, tables and figures need, as experiments."""
 
 from collections.abc import Iterable
+from dataclasses import replace
 
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.papers import SETTINGS, ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
-from trackmark.bench.papers.paper import Paper, Sensitivity
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import FigureDefinition, MainRow, Paper
 
-MAIN_SCENES = 24
+
+def experiments(paper: Paper, options: ReproductionOptions) -> list[Experiment]:
+    """Return the experiments of a reproduction, in order."""
+    # A quick reproduction stores its runs where the full one looks for them.
+    groups = _specs_by_sequence(_required_cases(paper, replace(options, quick=False)))
+    planned = _grouped(paper.name, "", _required_cases(paper, options), groups)
+    if options.with_sensitivity:
+        table = read_sensitivity(paper)
+        cases = [table.case(row, column) for row in table.rows for column in table.columns]
+        specs = _specs_by_sequence(cases)
+        planned += _grouped(paper.name, "sensitivity-", cases, specs)
+    return planned
 
 
-def required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
+def _required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
     """Return the cases that the main table, the figures and, unless quick, the claims need.
 
     All trackers of a sequence run on the same scenes, because images are rendered once for all
@@ -19,83 +32,61 @@ def required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
     n_scenes: dict[PaperSequence, int] = {}
     specs: dict[tuple[PaperSequence, str], None] = {}
 
-    def add(sequences: Iterable[PaperSequence], trackers: Iterable[PaperTracker], n: int) -> None:
-        for sequence in sequences:
-            n_scenes[sequence] = max(n_scenes.get(sequence, 0), n)
-            for tracker in trackers:
-                for setting in SETTINGS:
-                    specs[sequence, tracker.spec(setting)] = None
+    def add(sequence: PaperSequence, trackers: Iterable[PaperTracker], n: int) -> None:
+        n_scenes[sequence] = max(n_scenes.get(sequence, 0), n)
+        for tracker in trackers:
+            for setting in SETTINGS:
+                specs[sequence, tracker.spec(setting)] = None
 
-    n_shown = paper.quick_scenes if options.quick else MAIN_SCENES
-    for row in paper.main_table.rows:
-        add(row.sequences, row.trackers, n_shown)
-    for figure in paper.figure.values():
-        if figure.sequence and figure.is_drawn(options.quick):
-            add([figure.sequence], figure.trackers, n_shown)
+    n_shown = paper.n_scenes(quick=options.quick)
+    figures = [figure for figure in paper.figure.values() if figure.is_drawn(options.quick)]
+    all_shown: list[MainRow | FigureDefinition] = [*paper.main_table.rows, *figures]
+    for shown in all_shown:
+        if shown.sequence:
+            add(shown.sequence, shown.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
         if claim.measure.subject == "run":
             for side in (claim.trackers, claim.better, claim.worse):
                 for tracker, sequence in claim.pairs(side):
-                    add([sequence], [tracker], claim.n_scenes)
+                    add(sequence, [tracker], claim.n_scenes)
     return [Case(spec, sequence, n_scenes[sequence]) for sequence, spec in specs]
 
 
-def sensitivity_cases(table: Sensitivity) -> list[Case]:
-    """Return the cases of the sensitivity table."""
-    return list(
-        dict.fromkeys(table.case(row, column) for row in table.rows for column in table.columns)
-    )
-
-
-def plan_experiments(
-    paper: Paper,
-    cases: Iterable[Case],
-    repetitions: int,
-    suffix: str = "",
-    whole: Iterable[Case] | None = None,
+def _grouped(
+    paper: str,
+    prefix: str,
+    cases: list[Case],
+    groups: dict[PaperSequence, tuple[str, ...]],
 ) -> list[Experiment]:
-    """Convert cases to experiments; sequences with the same trackers share an experiment.
+    """Return the experiments of cases; sequences with the same trackers share an experiment.
 
-    `whole`: cases of the full reproduction, of which `cases` are a part. They decide which
-    sequences share an experiment, so that a quick reproduction stores its runs where the full one
-    looks for them.
+    `groups` has the trackers that decide which sequences belong together. The first sequence of a
+    group names the experiment.
     """
-    trackers = _trackers_by_sequence(cases)
-    all_trackers = trackers if whole is None else _trackers_by_sequence(whole)
-    specs_of = {sequence: specs for (sequence, *_), specs in all_trackers.items()}
-    first_of_group: dict[tuple[str, ...], PaperSequence] = {}
-    for (sequence, *_), specs in all_trackers.items():
-        first_of_group.setdefault(specs, sequence)
-    groups: dict[tuple[tuple[str, ...], tuple[str, ...]], list[Case]] = {}
-    for (sequence, options, n_scenes), specs in trackers.items():
-        group = groups.setdefault((specs_of[sequence], specs), [])
-        group.append(Case(specs[0], sequence, n_scenes, options))
-    planned: list[Experiment] = []
-    for (group_specs, tracker_specs), group in groups.items():
-        first = first_of_group[group_specs]
-        name = f"{paper.name}-{suffix}{first.name.replace(' ', '-')}"
-        while name in {item.name for item in planned}:
+    n_scenes = {case.sequence: case.n_scenes for case in cases}
+    shared: dict[tuple[tuple[str, ...], tuple[str, ...]], list[PaperSequence]] = {}
+    for sequence, specs in _specs_by_sequence(cases).items():
+        shared.setdefault((groups[sequence], specs), []).append(sequence)
+    planned: dict[str, Experiment] = {}
+    for (group, specs), sequences in shared.items():
+        first = next(sequence for sequence in groups if groups[sequence] == group)
+        name = f"{paper}-{prefix}{first.name.replace(' ', '-')}"
+        while name in planned:
             name += "-more"
-        scenes = dict.fromkeys(scene for case in group for scene in case.scenes_of_members)
-        sequence_names = ", ".join(dict.fromkeys(case.sequence.name for case in group))
-        planned.append(
-            Experiment(
-                name=name,
-                trackers=tracker_specs,
-                sequences=tuple(map(SequenceSpec, scenes)),
-                repetitions=repetitions,
-                title=f"{paper.name}: {sequence_names}",
-            )
+        scenes = dict.fromkeys(
+            scene
+            for sequence in sequences
+            for members in sequence.scenes(n_scenes[sequence])
+            for scene in members
         )
-    return planned
+        title = f"{paper}: {', '.join(sequence.name for sequence in sequences)}"
+        planned[name] = Experiment(name, specs, tuple(map(SequenceSpec, scenes)), title=title)
+    return list(planned.values())
 
 
-def _trackers_by_sequence(
-    cases: Iterable[Case],
-) -> dict[tuple[PaperSequence, str, int], tuple[str, ...]]:
-    """Return the specifications of the trackers of each sequence, its options and scenes."""
-    trackers: dict[tuple[PaperSequence, str, int], tuple[str, ...]] = {}
+def _specs_by_sequence(cases: Iterable[Case]) -> dict[PaperSequence, tuple[str, ...]]:
+    """Return the specifications of the trackers of each sequence."""
+    specs: dict[PaperSequence, dict[str, None]] = {}
     for case in cases:
-        key = case.sequence, case.sequence_options, case.n_scenes
-        trackers[key] = (*trackers.get(key, ()), case.tracker)
-    return trackers
+        specs.setdefault(case.sequence, {})[case.tracker] = None
+    return {sequence: tuple(of_sequence) for sequence, of_sequence in specs.items()}

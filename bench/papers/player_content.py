@@ -5,14 +5,12 @@ from dataclasses import dataclass
 from math import isfinite
 from typing import NamedTuple
 
-import numpy as np
-
 from trackmark import datasets
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.content import PlayerSequence
 from trackmark.bench.pages.page_frames import Progress, with_frames
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs
-from trackmark.bench.papers.cases import Case, cases
+from trackmark.bench.papers.cases import Case
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow
@@ -55,7 +53,7 @@ def player_content(
         run_key(stored_run.row): stored_run
         for run in runs
         for tracker in (run.tracker, *run.beside)
-        for stored_run in context.runs.stored_runs(tracker, run.sequence)
+        if (stored_run := context.runs.stored_run(tracker, run.sequence))
     }
     reading = collect_runs(
         # The specification of a synthetic scene is its source.
@@ -106,9 +104,11 @@ def _frames(
 
 def main_runs(row: MainRow, setting: str, context: Context) -> list[ShownRun | None]:
     """Return the worst run behind each value of a row of the main table in a setting."""
+    if row.sequence is None:
+        return []
     specs = tuple(tracker.spec(setting) for tracker in row.trackers)
     return [
-        _worst(cases([tracker], row.sequences, setting, context.n_scenes), measure, specs, context)
+        _worst([context.case(tracker, row.sequence, setting)], measure, specs, context)
         for tracker in row.trackers
         for measure in row.measures
     ]
@@ -126,14 +126,15 @@ def claim_run(claim: Claim, setting: str, context: Context) -> ShownRun | None:
 def _worst(
     row_cases: Iterable[Case], measure: Measure, beside: tuple[str, ...], context: Context
 ) -> ShownRun | None:
-    """Return the run of a tracker with the worst mean over repetitions; None without runs."""
-    means: dict[tuple[str, str], float] = {}
-    for case in row_cases:
-        for scene in case.scenes_of_members:
-            if runs := context.runs.measured_runs(case.tracker, scene):
-                mean = float(np.mean([*map(measure, runs)]))
-                means |= {(case.tracker, scene): mean} if isfinite(mean) else {}
-    if not means:
+    """Return the run of a tracker with the worst value; None without runs."""
+    values = {
+        (case.tracker, scene): measure(measured)
+        for case in row_cases
+        for scene in case.scenes_of_members
+        if (measured := context.runs.measured_run(case.tracker, scene))
+    }
+    finite = {run: value for run, value in values.items() if isfinite(value)}
+    if not finite:
         return None
-    tracker, scene = (max if measure.lower_is_better else min)(means, key=means.__getitem__)
+    tracker, scene = (max if measure.lower_is_better else min)(finite, key=finite.__getitem__)
     return ShownRun(tracker, scene, KINDS.get(measure.unit, "centre_error"), beside)

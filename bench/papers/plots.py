@@ -22,10 +22,8 @@ from trackmark.reports.figures import (
 )
 from trackmark.reports.palette import colour
 
-QUARTILES = "median and quartiles over"
 
-
-def draw_median(
+def _draw_median(
     axes: Axes,
     frames: NDArray[np.integer],
     values: NDArray[np.floating],
@@ -61,14 +59,14 @@ def series_plot(
     for axes, (panel, lines) in zip(all_axes, panels.items(), strict=True):
         for label, values in lines.items():
             frames = first + np.arange(values.shape[1])
-            draw_median(axes, frames, values, labels.index(label), label)
+            _draw_median(axes, frames, values, labels.index(label), label)
         axes.tick_params(labelsize=8)
         axes.xaxis.set_major_locator(MaxNLocator(4))
         axes.set_ylabel(f"{panel}\n{quantity}", fontsize=8)
         axes.set_ylim(bottom=0)
     all_axes[-1].set_xlabel("frame", fontsize=8)
     is_repeated = any(len(values) > 1 for lines in panels.values() for values in lines.values())
-    add_legend(figure, f"{QUARTILES} scenes" if is_repeated else "")
+    add_legend(figure, "median and quartiles over scenes" if is_repeated else "")
     return figure
 
 

@@ -1,10 +1,11 @@
 """Scores of trackers on recorded sequences of OTB and on scenes of the papers.
 
 `real_video.csv` has a row per tracker and sequence, which `python -m tools.real_video` writes. A
-row is *stale* if its tracker or its sequence has changed since its runs.
+row is *stale* if the output of its tracker or its sequence has changed since its runs. As for all
+runs, `make seal` decides on the output (`datasets.versioning`): a changed source with equal output
+keeps the version.
 """
 
-import hashlib
 import json
 
 import pandas as pd
@@ -13,11 +14,12 @@ from trackmark import datasets
 from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.published_sets import SETS
-from trackmark.bench.experiments.tracker_spec import PACKAGE, parse_tracker, tracker_version
+from trackmark.bench.experiments.tracker_spec import GOLDEN, parse_tracker
 from trackmark.bench.papers import FOLDER
 from trackmark.bench.papers.paper import Paper
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.datasets.spec_string import parse_text
+from trackmark.datasets.versioning import find_version
 from trackmark.reports.tables import MISSING, Table, text_table
 from trackmark.trackers import TrackerError
 
@@ -42,9 +44,10 @@ def read_scores() -> pd.DataFrame:
 
     Columns: `data`; `tracker` (specification), `version` and `parameters` as in `tracker_state`;
     `sequence`, `fingerprint` (its first 16 digits); `grey`, whether the images are grey;
-    `mean_overlap` and `success_rate` of the metrics `otb`; `ms_per_frame`.
+    `mean_overlap` and `success_rate` of the metrics `otb`; `ms_per_frame`. `parameters` are only in
+    the first row of a tracker.
     """
-    return pd.read_csv(FILE, dtype={"version": str, "fingerprint": str})
+    return pd.read_csv(FILE, dtype={"version": str, "fingerprint": str, "parameters": str})
 
 
 def with_published_scores(scores: pd.DataFrame) -> tuple[pd.DataFrame, list[str]]:
@@ -58,24 +61,29 @@ def with_published_scores(scores: pd.DataFrame) -> tuple[pd.DataFrame, list[str]
 
 
 def tracker_state(tracker: str) -> tuple[str, str]:
-    """Return the version of a tracker's source, and the digest of all its parameters.
+    """Return the version of a tracker's source, and all its parameters as JSON.
 
     Versions of libraries do not count, so that scores are not stale with the newest packages.
     """
     spec = parse_tracker(tracker)
-    encoded = json.dumps(dict(spec.parameters), sort_keys=True).encode()
-    return str(spec.version["source"]), hashlib.sha256(encoded).hexdigest()[:16]
+    return str(spec.version["source"]), json.dumps(dict(spec.parameters), sort_keys=True)
 
 
 def _is_current(tracker: str, version: str, parameters: str) -> bool:
-    name, _ = parse_text(tracker)
-    file = PACKAGE / f"{name.replace('-', '_')}.py"
-    if not file.is_file() or tracker_version(name, file)["source"] != version:
-        return False
+    """Return whether a tracker has this version, and its parameters their values at that time.
+
+    Parameters that exist only then or only now do not count: the version shows equal output.
+    """
     try:
-        return tracker_state(tracker) == (version, parameters)
-    except TrackerError:  # the installed OpenCV can lack a tracker, whose source is unchanged
-        return name.startswith("opencv-")
+        current_version, current = tracker_state(tracker)
+    except TrackerError:
+        # The installed OpenCV can lack a tracker. `make seal` then cannot compare its output, and
+        # only a version that was sealed elsewhere counts.
+        name, _ = parse_text(tracker)
+        sealed = find_version(name, GOLDEN) if name.startswith("opencv-") else None
+        return sealed is not None and "-".join(map(str, sealed.version)) == version
+    then, now = json.loads(parameters), json.loads(current)
+    return current_version == version and all(then[key] == now[key] for key in then.keys() & now)
 
 
 def stale_rows(scores: pd.DataFrame) -> "pd.Series[bool]":
@@ -84,8 +92,9 @@ def stale_rows(scores: pd.DataFrame) -> "pd.Series[bool]":
     Recorded sequences are not part of the package. They are stale if the trackers' runs on them
     used different images or ground truth.
     """
-    states = list(zip(scores["tracker"], scores["version"], scores["parameters"], strict=True))
-    changed = {state for state in {*states} if not _is_current(*state)}
+    parameters = scores.dropna(subset="parameters").set_index("tracker")["parameters"].to_dict()
+    states = list(zip(scores["tracker"], scores["version"], strict=True))
+    changed = {state for state in {*states} if not _is_current(*state, parameters[state[0]])}
     is_changed = pd.Series([state in changed for state in states], scores.index)
     for sequence, rows in scores.groupby("sequence"):
         if {*rows["data"]} == {OTB}:

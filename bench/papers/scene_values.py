@@ -37,18 +37,22 @@ def scene_values(
     The `function` in a paper's `scenes.py` is called in `jobs` worker processes. Its values are
     cached in `folder` and remain valid until the scenes or the source of the function change.
     """
-    source = source_digest(Path(inspect.getfile(function)), PACKAGE)
-    identities = [
+    fingerprints = [
         datasets.name_and_fingerprint(scene) if "/" in scene else scene for scene in scenes
     ]
-    identity: list[Any] = [function.__name__, [*trackers], identities, source]
-    key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
-    file = folder / "scenes" / f"{key}.json"
+    file = cache_file(folder / "scenes", function, [*trackers], fingerprints)
     if file.is_file():
         return np.array(json.loads(file.read_bytes()))
     values = [*map_in_workers(partial(_call, function, trackers), scenes, jobs)]
     write_file(file, json.dumps(values))
     return np.array(values)
+
+
+def cache_file(folder: Path, function: Callable[..., Any], *arguments: Any) -> Path:
+    """Return the file for values of a function, whose name changes with its source."""
+    source = source_digest(Path(inspect.getfile(function)), PACKAGE)
+    encoded = json.dumps([function.__name__, source, *arguments]).encode()
+    return folder / f"{hashlib.sha256(encoded).hexdigest()[:16]}.json"
 
 
 def _call(function: SceneFunction, trackers: Sequence[str], scene: str) -> float:

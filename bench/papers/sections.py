@@ -7,20 +7,22 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from trackmark.bench.papers import paper_file
-from trackmark.bench.papers.choices import choice_table
+from trackmark.bench.papers.development import read_sensitivity
 from trackmark.bench.papers.figures import PaperFigure
-from trackmark.bench.papers.paper import Paper, read_sensitivity
+from trackmark.bench.papers.paper import Paper
 from trackmark.bench.papers.real_video import paper_table
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.papers.settings import (
+from trackmark.bench.papers.settings import clip_command
+from trackmark.bench.papers.strips import COLOUR_SENTENCE
+from trackmark.bench.papers.tables import (
     candidate_table,
     chain_sentences,
     chain_table,
-    clip_command,
+    choice_table,
+    criteria_table,
+    sensitivity_table,
 )
-from trackmark.bench.papers.strips import COLOUR_SENTENCE
-from trackmark.bench.papers.tables import criteria_table, sensitivity_table
-from trackmark.bench.papers.verdicts import VerdictRow, setting_counts, verdict_table
+from trackmark.bench.papers.verdicts import VerdictRow, verdict_table
 from trackmark.reports.tables import Table
 
 RULES = (
@@ -48,8 +50,8 @@ LABEL_SENTENCES = {
     "not testable here": (
         "*Not testable here*: our scenes can show nothing about the claim. One reason is that "
         "all compared trackers keep the target in nearly all scenes (*ceiling*) or in nearly none "
-        "(*floor*). Others are that the target is lost before the event of the claim, or that the "
-        "problem does not arise."
+        "(*floor*). Others are that the target is lost before the event of the claim, that the "
+        "problem does not arise, or that the compared trackers return equal boxes."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""
@@ -73,16 +75,10 @@ class Section:
     commands: Sequence[str] = ()
 
 
-def answer(paper: Paper, verdicts: Sequence[VerdictRow]) -> list[str]:
-    """Return the finding, the sum line of each setting, and explanations of their labels.
-
-    A quick report has no verdicts, and its answer is empty.
-    """
-    if not verdicts:
-        return []
+def label_sentences(verdicts: Sequence[VerdictRow]) -> str:
+    """Return explanations of the labels that verdicts have and that are not counted."""
     labels = {verdict.verdict for row in verdicts for verdict in row.verdicts.values()}
-    explanations = [text for label, text in LABEL_SENTENCES.items() if label in labels]
-    return [paper.finding, *setting_counts(verdicts), " ".join(explanations)]
+    return " ".join(text for label, text in LABEL_SENTENCES.items() if label in labels)
 
 
 def page_sections(
@@ -98,19 +94,17 @@ def page_sections(
     paper, notes = context.paper, read_notes(context.paper.name)
     of_page = {figure.name: figure for figure in figures if figure.name in paper.pictures}
     strips = [of_page[name] for name in paper.pictures if name in of_page]
-    judged = [
-        Section("verdicts", "Verdicts", tables=[verdict_table(verdicts)] if verdicts else []),
-        Section("differences", DIFFERS, [notes.get(DIFFERS, "")]),
-    ]
-    return [
+    sections = [
         Section("numbers", "The paper's results and ours", [SETTINGS_SENTENCE], [main]),
         Section("pictures", "Pictures", [COLOUR_SENTENCE] if strips else [], figures=strips),
-        *(judged if verdicts else []),
-        real_video_section(paper),
-        chain_section(paper),
-        *([Section("decided", DECIDED, [notes.get(DECIDED, "")])] if verdicts else []),
-        command_section(context, notes),
     ]
+    if verdicts:
+        sections.append(Section("verdicts", "Verdicts", tables=[verdict_table(verdicts)]))
+        sections.append(Section("differences", DIFFERS, [notes.get(DIFFERS, "")]))
+    sections += [real_video_section(paper), chain_section(paper)]
+    if verdicts:
+        sections.append(Section("decided", DECIDED, [notes.get(DECIDED, "")]))
+    return [*sections, command_section(context, notes)]
 
 
 def details_sections(
@@ -121,10 +115,14 @@ def details_sections(
 ) -> list[Section]:
     """Return the sections of a paper's details page; `main`: tables in addition to the main one."""
     paper = context.paper
-    written = f"Written by `trackmark reproduce {paper.name} --all`."
+    sensitivity = read_sensitivity(paper)
+    if not sensitivity.rows:
+        reason = "No choice moves the main measure on development data by more than 0.02."
+    else:
+        reason = f"Not measured; `trackmark reproduce {paper.name} --all` measures it."
     tables = (
-        [sensitivity_table(context, read_sensitivity(paper))]
-        if context.options.with_sensitivity
+        [sensitivity_table(context, sensitivity)]
+        if sensitivity.rows and context.options.with_sensitivity
         else []
     )
     history = f"The [history](history.md#{paper.name}) lists changes of scenes and claims."
@@ -134,7 +132,7 @@ def details_sections(
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
         Section("considered", "Values that were not taken", tables=[candidate_table(paper)]),
-        Section("sensitivity", "Sensitivity", [] if tables else [written], tables),
+        Section("sensitivity", "Sensitivity", [] if tables else [reason], tables),
         *(Section(table.name, table.name.capitalize(), tables=[table]) for table in main),
         Section("figures", "Figures", figures=figures),
     ]
@@ -163,9 +161,9 @@ def command_section(context: Context, notes: Mapping[str, str]) -> Section:
         "The second command runs the paper's trackers in both settings on a clip of the paper that "
         "you have, as [described here](clips.md)."
     )
-    texts = [f"{effects} {notes.get('How long it takes', '')}".rstrip(), clip]
+    paragraphs = [f"{effects} {notes.get('How long it takes', '')}".rstrip(), clip]
     commands = [options.command(paper.name), clip_command(paper)]
-    return Section("command", "How to run it", texts, commands=commands)
+    return Section("command", "How to run it", paragraphs, commands=commands)
 
 
 def read_notes(paper: str) -> dict[str, str]:

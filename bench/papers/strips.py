@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+import PIL.Image
 from numpy.typing import NDArray
-from PIL import Image as Pictures
 from PIL import ImageDraw, ImageFont
 
 from trackmark.bench.papers import SETTING_LABELS
@@ -131,23 +131,23 @@ class Strip:
         return drawn
 
 
-def draw_picture(strip: Strip) -> Pictures.Image:
+def draw_picture(strip: Strip) -> PIL.Image.Image:
     """Return all tiles of a strip, with the name of each row above it."""
     rows = [[strip.tile(row, column) for column in range(len(strip.labels))] for row in strip.rows]
     height, width = rows[0][0].shape[:2]
     size = len(strip.labels) * (width + GAP) - GAP, len(rows) * (_HEADING + height + GAP) - GAP
-    picture = Pictures.new("RGB", size, _PAPER)
+    picture = PIL.Image.new("RGB", size, _PAPER)
     draw, font = ImageDraw.Draw(picture), ImageFont.load_default(_FONT_SIZE)
     for index, (row, tiles) in enumerate(zip(strip.rows, rows, strict=True)):
         top = index * (_HEADING + height + GAP)
         draw.text((2, top + 4), row.name, _INK, font)
         for column, tile in enumerate(tiles):
-            place = column * (width + GAP), top + _HEADING
-            picture.paste(Pictures.fromarray(np.ascontiguousarray(tile[..., ::-1])), place)
+            corner = column * (width + GAP), top + _HEADING
+            picture.paste(PIL.Image.fromarray(np.ascontiguousarray(tile[..., ::-1])), corner)
     return picture
 
 
-def to_webp(picture: Pictures.Image, qualities: Iterable[int] = QUALITIES) -> bytes:
+def to_webp(picture: PIL.Image.Image, qualities: Iterable[int] = QUALITIES) -> bytes:
     """Encode a picture as WebP, with the first quality that needs at most `MAX_BYTES`."""
     encoded = b""
     for quality in qualities:

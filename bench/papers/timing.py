@@ -8,20 +8,17 @@ equally and hardly changes ratios of times. A paper's `timing.py` defines the me
 their times (`time_table`). Times are never judged.
 """
 
-import hashlib
-import inspect
 import json
 import platform
 from collections.abc import Callable, Mapping, Sequence
 from copy import deepcopy
 from functools import partial
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark import datasets, trackers
+from trackmark import datasets
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.evaluation.interleaved_timing import (
     Reference,
@@ -33,10 +30,8 @@ from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import BOXES, parse_tracker
 from trackmark.bench.output_files import write_file
 from trackmark.bench.papers.runs import Context
-from trackmark.datasets.source_digest import source_digest
+from trackmark.bench.papers.scene_values import cache_file
 from trackmark.trackers.base.interface import Box, Image
-
-PACKAGE = Path(str(trackers.__file__)).parent
 
 ROUNDS = 12  # number of times of each method
 SECONDS = 2.0  # minimum total time of the slowest method [s]
@@ -113,7 +108,7 @@ def turn_times(methods: Methods, excerpts: Sequence[Excerpt]) -> Times:
     frames = [len(images) - 1 for _, images, _ in excerpts]
     with one_thread():
         timed = [_TimedMethod(make, excerpts) for make in makers.values()]
-        seconds, turns = take_turns(timed, frames, 2 * ROUNDS, SECONDS)
+        seconds, turns = take_turns([method.turn for method in timed], frames, 2 * ROUNDS, SECONDS)
     passes = seconds.shape[1] // ROUNDS
     rounds = seconds[:, : passes * ROUNDS].reshape(len(timed), ROUNDS, passes, len(turns))
     fastest, times = rounds.min(axis=2), {}
@@ -122,9 +117,6 @@ def turn_times(methods: Methods, excerpts: Sequence[Excerpt]) -> Times:
         n = sum(len(images) - 1 for other, images, _ in excerpts if other == name)
         times[name] = dict(zip(makers, fastest[:, :, of_sequence].sum(axis=2) / n, strict=True))
     return times
-
-
-_measured: dict[Path, Times] = {}  # tables and verdicts of a report use the same times
 
 
 def kept_times(
@@ -149,28 +141,21 @@ def kept_times(
     scene_versions = [
         (name, *datasets.name_and_fingerprint(scene)) for name, scene in scenes.items()
     ]
-    source = source_digest(Path(inspect.getfile(methods)), PACKAGE)
-    identity: list[Any] = [methods.__name__, specs, versions, scene_versions, n_frames, stretches]
-    identity += [source, platform.platform(), platform.node()]
-    key = hashlib.sha256(json.dumps(identity).encode()).hexdigest()[:16]
-    file = context.folder / "times" / f"{key}.json"
-    if file not in _measured and file.is_file():
-        _measured[file] = {
+    machine = platform.platform(), platform.node()
+    arguments = specs, versions, scene_versions, n_frames, stretches, machine
+    file = cache_file(context.folder / "times", methods, *arguments)
+    if file.is_file():
+        return {
             sequence: {method: np.array(values) for method, values in by_method.items()}
             for sequence, by_method in json.loads(file.read_bytes()).items()
         }
-    if file not in _measured:
-        measure_all = partial(
-            measure_scenes, methods, specs, n_frames=n_frames, stretches=stretches
-        )
-        (times,) = map_in_workers(measure_all, [scenes], 1, ONE_THREAD)
-        _measured[file] = times
-        machine: Values = np.sum(
-            [sequence_times["reference"] for sequence_times in times.values()], axis=0
-        )
-        if np.median(machine) <= STEADY_RATIO * machine.min():
-            write_file(file, json.dumps(times, default=lambda values: values.tolist()))
-    return _measured[file]
+    measure_all = partial(measure_scenes, methods, specs, n_frames=n_frames, stretches=stretches)
+    times: Times
+    (times,) = map_in_workers(measure_all, [scenes], 1, ONE_THREAD)
+    reference: Values = np.sum([of_sequence["reference"] for of_sequence in times.values()], axis=0)
+    if np.median(reference) <= STEADY_RATIO * reference.min():
+        write_file(file, json.dumps(times, default=lambda values: values.tolist()))
+    return times
 
 
 def measure_scenes(

@@ -9,7 +9,7 @@ from typing import Any
 import pandas as pd
 
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.claim_tests import Evidence, judge, notes
+from trackmark.bench.papers.claim_tests import Evidence, judge
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.statistics.verdict_rules import Verdict
 from trackmark.reports.tables import MISSING, Cell, Table
@@ -30,15 +30,12 @@ class VerdictRow:
         The claim.
     verdicts : mapping of str to Verdict
         Verdicts by setting.
-    notes : mapping of str to list of str
-        Remarks that limit the verdicts, by setting.
     evidence : mapping of str to Evidence
         Values from which the verdicts follow, by setting.
     """
 
     claim: Claim
     verdicts: Mapping[str, Verdict]
-    notes: Mapping[str, list[str]]
     evidence: Mapping[str, Evidence]
 
     def for_json(self) -> dict[str, Any]:
@@ -60,8 +57,8 @@ class VerdictRow:
         verdict = self.verdicts[setting]
         needs_reason = verdict.verdict not in ("holds", "does not hold")
         needs_reason |= "too small" in verdict.reason
-        parts = [verdict.reason if needs_reason else "", *self.notes[setting]]
-        return [*dict.fromkeys(filter(None, parts))]
+        remarks = [verdict.reason if needs_reason else "", self.evidence[setting].failed]
+        return [*filter(None, remarks)]
 
     def _setting(self, name: str) -> dict[str, Any]:
         verdict = self.verdicts[name]
@@ -74,7 +71,7 @@ class VerdictRow:
             "n": verdict.n_units,
             "counted": verdict.counted,
             "reason": verdict.reason,
-            "notes": self.notes[name],
+            "notes": [*filter(None, [self.evidence[name].failed])],
         }
 
 
@@ -85,23 +82,15 @@ def effect_text(claim: Claim, verdict: Verdict) -> str:
     estimate = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
     counted = f"{verdict.n_units} {verdict.counted}{'s' * (verdict.n_units != 1)}"
     if claim.test == "share":
-        # An undecided scene counts as half a success.
-        successes = round(2 * verdict.statistic * verdict.n_units) / 2
-        return f"{successes:g} of {counted}, {estimate}"
+        return f"{verdict.statistic * verdict.n_units:.0f} of {counted}, {estimate}"
     margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
     return f"{estimate}, {margin}{counted}"
 
 
-def judge_row(  # name: claims are judged
-    claim: Claim, evidence: Mapping[str, Evidence]
-) -> VerdictRow:
+def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:  # name: claims
     """Judge a claim in every setting with evidence."""
-    return VerdictRow(
-        claim,
-        {name: judge(claim, item) for name, item in evidence.items()},
-        {name: notes(item) for name, item in evidence.items()},
-        evidence,
-    )
+    verdicts = {setting: judge(claim, item) for setting, item in evidence.items()}
+    return VerdictRow(claim, verdicts, evidence)
 
 
 def setting_counts(rows: Sequence[VerdictRow]) -> list[str]:
@@ -115,9 +104,9 @@ def sum_line(rows: Sequence[VerdictRow], setting: str) -> str:
     Claims that hold are counted among those that hold, do not hold or are inconclusive.
     """
     counts = Counter(str(row.verdicts[setting].verdict) for row in rows)
-    others = ", ".join(f"{counts[label]} {label}" for label in VERDICTS if label not in COUNTED)
+    uncounted = ", ".join(f"{counts[label]} {label}" for label in VERDICTS if label not in COUNTED)
     n_counted = sum(counts[label] for label in COUNTED)
-    return f"Main results reproduced: {counts['holds']} of {n_counted} ({others})"
+    return f"Main results reproduced: {counts['holds']} of {n_counted} ({uncounted})"
 
 
 def verdict_table(rows: Sequence[VerdictRow]) -> Table:

@@ -1,8 +1,8 @@
 """Protocols: start frames of a tracker, init boxes, and restarts after failures.
 
-Each module of `_MODULES` defines one protocol: its docstring is the definition with its source, and
-`PROTOCOL` is a subclass of `EvaluationProtocol`, whose fields are the parameters. A protocol
-divides a run into segments; for each segment, a new tracker is initialised. The protocol's
+Each name of `_NAMES` is the module of one protocol: its docstring is the definition with its
+source, and `PROTOCOL` is a subclass of `EvaluationProtocol`, whose fields are the parameters. A
+protocol divides a run into segments; for each segment, a new tracker is initialised. The protocol's
 controller decides for each frame whether the tracker is updated or restarted, or whether the frame
 is skipped.
 """
@@ -28,15 +28,7 @@ TIMING = "timing"
 """Protocol key of timing runs, which are one-pass runs with measured times."""
 
 # A module is imported when its protocol is used: most commands need `one-pass` only.
-_MODULES = {
-    "anchors": "anchors",
-    "long-term": "long_term",
-    "one-pass": "one_pass",
-    "real-time": "real_time",
-    "sre": "sre",
-    "supervised": "supervised",
-    "tre": "tre",
-}
+_NAMES = ("anchors", "long-term", "one-pass", "real-time", "sre", "supervised", "tre")
 
 
 class ProtocolError(ValueError):
@@ -150,7 +142,7 @@ class EvaluationProtocol(Parameters):
 
 def names() -> list[str]:
     """Return the sorted names of the protocols."""
-    return list(_MODULES)
+    return list(_NAMES)
 
 
 def parse_protocol(spec: str) -> EvaluationProtocol:
@@ -165,7 +157,7 @@ def parse_protocol(spec: str) -> EvaluationProtocol:
         name, options = parse_text(spec)
     except ValueError as error:
         raise ProtocolError(f"protocol {error}") from None
-    if name not in _MODULES:
+    if name not in _NAMES:
         hint = name_hint(name, names())
         raise ProtocolError(f"unknown protocol {name!r}.{hint}")
     protocol_class: type[EvaluationProtocol] = _module(name).PROTOCOL
@@ -199,4 +191,4 @@ def describe_protocol(name: str) -> dict[str, Any]:
 
 
 def _module(name: str) -> ModuleType:
-    return import_module(f"trackmark.bench.protocols.{_MODULES[name]}")
+    return import_module(f"trackmark.bench.protocols.{name.replace('-', '_')}")

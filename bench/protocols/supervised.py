@@ -68,7 +68,7 @@ class Supervised(EvaluationProtocol):
     run_kinds: ClassVar[tuple[str, ...]] = ("supervised",)
     metrics: ClassVar[str] = "vot-supervised"
 
-    skip_frames: int = integer(5, "number of frames from a failure to the restart")
+    skip_frames: int = integer(5, "number of frames from a failure to a restart")  # name: option
     threshold: float = Field(
         0.0, ge=0, lt=1, description="maximum overlap that counts as a failure"
     )

@@ -318,7 +318,6 @@ def read_baseline(path: Path) -> Baseline:
         _refuse(path, _location(first["loc"]), value, f"{first['msg']}.")
     for tracker, row in validated.trackers.items():
         _check_lengths(path, validated.repetitions, tracker, row)
-        _check_equal_boxes(path, tracker, row)
     _check_sources(path, validated)
     scores = {
         tracker: {name: score.baseline_score(name) for name, score in row.items()}
@@ -352,19 +351,6 @@ def _check_lengths(
                 )
                 location = _location(("trackers", tracker, name, key))
                 _refuse(path, location, values, f"{len(values)} values; expected {runs}.")
-
-
-def _check_equal_boxes(path: Path, tracker: str, scores: Mapping[str, _FileScore]) -> None:
-    """Raise `BaselineError` if two runs of a tracker have equal boxes and different overlaps."""
-    for name, score in scores.items():
-        overlap_of: dict[str, float] = {}
-        for repetition, (boxes, overlap) in enumerate(
-            zip(score.box_digests, score.overlap, strict=True)
-        ):
-            expected = overlap_of.setdefault(boxes, overlap)
-            if abs(overlap - expected) > MAX_OVERLAP_ERROR:
-                location = _location(("trackers", tracker, name, f"overlap.{repetition}"))
-                _refuse(path, location, overlap, f"Another run with equal boxes has {expected}.")
 
 
 def _check_sources(path: Path, validated: _File) -> None:

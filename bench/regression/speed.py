@@ -74,29 +74,23 @@ def check_speeds(
             try:
                 setups = [old, _setup(baseline, label)]
                 sample = _sample(label, setups, clips, deadline, len(labels), report)
-                speed_changes[label] = decide_speed(sample, len(labels))
             except TurnError as error:
                 reason = f"the tracker cannot be timed: {error}"
                 speed_changes[label] = SpeedChange("inconclusive", reason=reason)
-            except _BudgetError as error:
-                if not speed_changes:
-                    min_seconds = ceil(error.seconds * len(labels))
-                    raise BaselineError(
-                        f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
-                        f"take about {min_seconds} s. Use --budget "
-                        f"{min_seconds + min_seconds // 5}s, or select trackers with --trackers."
-                    ) from None
-                reason = f"--budget: its {MIN_SESSIONS} sessions take {error.seconds:.0f} s"
+                continue
+            if isinstance(sample, RatioSample):
+                speed_changes[label] = decide_speed(sample, len(labels))
+            elif speed_changes:
+                reason = f"--budget: its {MIN_SESSIONS} sessions take {sample:.0f} s"
                 speed_changes[label] = SpeedChange("inconclusive", reason=reason)
+            else:
+                min_seconds = ceil(sample * len(labels))
+                raise BaselineError(
+                    f"--budget {budget:g}s: {MIN_SESSIONS} sessions of {len(labels)} trackers "
+                    f"take about {min_seconds} s. Use --budget "
+                    f"{min_seconds + min_seconds // 5}s, or select trackers with --trackers."
+                )
     return dict(sorted(speed_changes.items(), key=lambda item: _ORDER.index(item[1].decision)))
-
-
-class _BudgetError(Exception):
-    """Error: the least number of sessions takes too long; `seconds` is their time."""
-
-    def __init__(self, seconds: float) -> None:
-        self.seconds = seconds
-        super().__init__(seconds)
 
 
 def _setup(baseline: Baseline, label: str) -> Setup:
@@ -111,16 +105,16 @@ def _sample(
     deadline: float,
     tests: int,
     report: Callable[[str], None],
-) -> RatioSample:
+) -> RatioSample | float:
     """Run sessions until their number suffices for their spread, or until the deadline.
 
-    Raises `_BudgetError` after the first session if `MIN_SESSIONS` do not fit before the deadline.
+    If `MIN_SESSIONS` do not fit before the deadline, return their time instead [s].
     """
     started_at = monotonic()
     logs = [log_ratio(time_interleaved(setups, clips))]
     seconds = monotonic() - started_at
     if MIN_SESSIONS * seconds > deadline - started_at:
-        raise _BudgetError(MIN_SESSIONS * seconds)
+        return MIN_SESSIONS * seconds
     while n_missing := missing_sessions(logs, tests):
         seconds = monotonic() - started_at
         n_affordable = max(int((deadline - started_at - seconds) * len(logs) / seconds), 0)

@@ -1,4 +1,4 @@
-"""The SQLite file of an experiment: schema, connections, and one digest per row.
+"""The SQLite file of an experiment: schema, connections, packed arrays, and one digest per row.
 
 Each row has a SHA-256 digest of its other columns. The row of a run holds everything that belongs
 to the run, also its arrays, so that readers notice each change of a run. A row that does not match
@@ -7,14 +7,21 @@ run. A deleted row is missing in the same way.
 """
 
 import hashlib
+import json
+import logging
 import sqlite3
-from collections.abc import Callable, Iterable, Iterator, Sequence
+import zlib
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
+from functools import cache
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from trackmark.bench.store.keys import FILE_NAME, ResultsError
+import numpy as np
+from numpy.typing import NDArray
+
+from trackmark.bench.store.keys import FILE_NAME, DamagedError, ResultsError
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""
@@ -62,8 +69,10 @@ _CREATE = [
 ]
 
 
-class DamagedError(ResultsError):
-    """Damaged file: its content is not what was written. The message names the file."""
+@cache
+def warn_of_damage(message: str) -> None:
+    """Log a warning, once per process; by default on standard error."""
+    logging.getLogger("trackmark").warning(message)
 
 
 def _digest(values: Iterable[Any]) -> bytes:
@@ -71,10 +80,6 @@ def _digest(values: Iterable[Any]) -> bytes:
     # Bytes are replaced by their digest, so that `repr` stays short.
     values = [hashlib.sha256(v).digest() if isinstance(v, bytes) else v for v in values]
     return hashlib.sha256(repr(values).encode("utf-8", "backslashreplace")).digest()
-
-
-def _raise(error: DamagedError) -> None:
-    raise error
 
 
 class Database:
@@ -93,11 +98,12 @@ class Database:
         table: str,
         where: str = "1",
         *values: Any,
-        on_damage: Callable[[DamagedError], None] = _raise,
+        on_damage: Callable[[str], object] | None = None,
     ) -> Iterator[sqlite3.Row]:
         """Yield the undamaged rows of a table, each with its digest as the last column.
 
-        `on_damage` is called with an error for each damaged row; by default, the error is raised.
+        `on_damage` is called with a message on each damaged row. Without it, the first damaged row
+        raises `DamagedError`.
         """
         # One by one: all rows of `run` together can be larger than the memory.
         for row in self._connection.execute(f"SELECT * FROM {table} WHERE {where}", values):
@@ -106,7 +112,10 @@ class Database:
                 yield row
             else:
                 named = ", ".join(str(value)[:60] for value in tuple(row)[:5] if value != "")
-                on_damage(self.damaged(f"a row of its table {table!r} was changed ({named})"))
+                error = self.damaged(f"a row of its table {table!r} was changed ({named})")
+                if on_damage is None:
+                    raise error
+                on_damage(str(error))
 
     def insert(self, table: str, rows: Iterable[Sequence[Any]]) -> None:
         """Insert rows, given the values of all columns except the digest.
@@ -125,16 +134,14 @@ class Database:
     def find_damage(self) -> list[str]:
         """Return messages on the first damage of the file's structure and on each damaged row."""
         first = str(self.select("PRAGMA integrity_check(1)")[0][0])
-        errors: list[ResultsError] = []
-        if first != "ok":
-            errors.append(self.damaged(first.replace("\n", " ")))
+        messages = [] if first == "ok" else [str(self.damaged(first.replace("\n", " ")))]
         for table in _TABLES:
             try:
-                for _ in self.rows(table, on_damage=errors.append):
+                for _ in self.rows(table, on_damage=messages.append):
                     pass
             except (sqlite3.Error, UnicodeDecodeError) as error:
-                errors.append(_to_results_error(self.path, error))
-        return [str(error) for error in errors]
+                messages.append(str(_to_results_error(self.path, error)))
+        return messages
 
     def damaged(self, reason: str) -> DamagedError:
         """Return the error for damage of the file."""
@@ -236,27 +243,67 @@ def _to_results_error(path: Path, error: Exception) -> ResultsError:
             f"{path} is damaged: {error}. Restore the file from a backup, or remove it and run the "
             "same command again."
         )
-    remedies = (text for prefix, text in _REMEDIES.items() if name.startswith(prefix))
+    remedies = (remedy for start, remedy in _REMEDIES.items() if name.startswith(start))
     remedy = next(remedies, "Run the same command again.")
     return ResultsError(f"{path} cannot be read or written: {error}. {remedy}")
 
 
+_MEMORY = "Free some memory, and run the same command again."
 _PERMISSIONS = "Correct the permissions, or choose another folder with --results-root."
+# By the start of the name of SQLite's error; the longer of two starts comes first.
 _REMEDIES = {
     "SQLITE_FULL": "Free disk space, or choose another folder with --results-root.",
     "SQLITE_READONLY": _PERMISSIONS,
     "SQLITE_CANTOPEN": _PERMISSIONS,
     "SQLITE_PERM": _PERMISSIONS,
     "SQLITE_AUTH": _PERMISSIONS,
-    "SQLITE_IOERR_NOMEM": "Free some memory, and run the same command again.",
+    "SQLITE_IOERR_NOMEM": _MEMORY,
+    "SQLITE_NOMEM": _MEMORY,
     "SQLITE_IOERR": (
         "Free disk space, check the disk, or choose another folder with --results-root."
     ),
-    "SQLITE_NOMEM": "Free some memory, and run the same command again.",
     "SQLITE_PROTOCOL": (
         "The file system does not lock files reliably. Run the same command again, or choose a "
         "folder on a local disk with --results-root."
     ),
     "SQLITE_NOLFS": "Choose a folder on another file system with --results-root.",
 }
-"""Remedies by start of the name of SQLite's error; the longer of two starts comes first."""
+
+_HEADER = 4  # number of bytes that encode the size of the header of packed arrays
+
+
+def pack(arrays: Mapping[str, NDArray[Any]]) -> bytes:
+    """Return named arrays as bytes: a header and the arrays' bytes, compressed together.
+
+    The first bytes of all elements come first, then all second bytes, and so on. This order
+    compresses better, because neighbouring values differ in few bytes.
+    """
+    header: list[tuple[str, str, tuple[int, ...]]] = []
+    chunks = []
+    for name, values in arrays.items():
+        header.append((name, values.dtype.str, values.shape))
+        flat = np.ascontiguousarray(values).reshape(-1)
+        chunks.append(flat.view(np.uint8).reshape(-1, values.dtype.itemsize).T.tobytes())
+    encoded_header = json.dumps(header).encode()
+    size = len(encoded_header).to_bytes(_HEADER, "little")
+    return zlib.compress(size + encoded_header + b"".join(chunks))
+
+
+def unpack(packed: bytes) -> dict[str, NDArray[Any]]:
+    """Return the arrays, read-only, from the bytes that `pack` returned."""
+    raw = zlib.decompress(packed)
+    offset = _HEADER + int.from_bytes(raw[:_HEADER], "little")
+    arrays = {}
+    for name, type_name, shape in json.loads(raw[_HEADER:offset]):
+        dtype = np.dtype(type_name)
+        size = int(np.prod(shape)) * dtype.itemsize
+        flat = np.frombuffer(raw, np.uint8, size, offset).reshape(dtype.itemsize, -1).T
+        arrays[name] = np.ascontiguousarray(flat).reshape(-1).view(dtype).reshape(shape)
+        arrays[name].flags.writeable = False  # several readers can share a run
+        offset += size
+    return arrays
+
+
+def select_group(arrays: Mapping[str, NDArray[Any]], group: str) -> dict[str, NDArray[Any]]:
+    """Return the arrays whose names start with `group/`, by their names without this prefix."""
+    return {k.partition("/")[2]: a for k, a in arrays.items() if k.startswith(f"{group}/")}

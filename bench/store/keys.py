@@ -15,6 +15,10 @@ class ResultsError(ValueError):
     """Error in reading or writing results; the message names the folder or file."""
 
 
+class DamagedError(ResultsError):
+    """Error for content that is not what was written, or is missing; the message names the file."""
+
+
 FILE_NAME = "runs.db"
 """Name of the file that holds the results of an experiment."""
 
@@ -32,10 +36,10 @@ def run_key(row: Any) -> RunKey:
 
 
 def refuse_empty_file(folder: Path) -> None:
-    """Raise `ResultsError` for a results file of zero bytes, which trackmark never leaves."""
+    """Raise `DamagedError` for a results file of zero bytes, which trackmark never leaves."""
     file = folder / FILE_NAME
     if file.is_file() and not file.stat().st_size:
-        raise ResultsError(
+        raise DamagedError(
             f"{file} is damaged: it has 0 bytes. Restore the file from a backup, or remove it and "
             "run the same command again."
         )

@@ -1,69 +1,27 @@
-"""Maintenance of stored results: search for damage, merging, and sequences of equal name."""
+"""Maintenance of stored results: search for damage, and merging."""
 
-import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
-from trackmark.bench.store.database import DamagedError, open_database
+from trackmark.bench.store.database import open_database
 from trackmark.bench.store.keys import (
     FILE_NAME,
-    ResultsError,
+    DamagedError,
     RunKey,
     experiment_folders,
     refuse_empty_file,
     run_key,
 )
-from trackmark.bench.store.run_rows import StoredRuns
+from trackmark.bench.store.run_rows import SequenceOrigin, find_other_origin, origins_by_name
 from trackmark.bench.store.run_store import RunStore
-from trackmark.bench.store.truth import MissingTruthError, pack_truth
+from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.truth import missing_truth
 
 _WITHOUT_TRUTH = """
     SELECT sequence, fingerprint FROM run EXCEPT SELECT sequence, fingerprint FROM truth
 """
 _BATCH = 200  # runs that are copied in one transaction
-
-
-class SequenceOrigin(NamedTuple):
-    """Recorded sequence on which stored runs were made."""
-
-    fingerprint: str  # fingerprint as in `datasets.Sequence`
-    source: str  # path from which the sequence was opened
-    truth: str  # path of the ground truth if it was given, otherwise empty
-
-    def __str__(self) -> str:
-        return f"{self.source} with the truth {self.truth}" if self.truth else self.source
-
-    @property
-    def real_paths(self) -> tuple[str, str]:
-        """Real paths of sequence and ground truth."""
-        return os.path.realpath(self.source), self.truth and os.path.realpath(self.truth)
-
-
-def origins_by_name(rows: Iterable[Mapping[str, Any]]) -> dict[str, set[SequenceOrigin]]:
-    """Return the recorded sequences that occur in rows of runs, by sequence name."""
-    by_name: dict[str, set[SequenceOrigin]] = {}
-    for row in rows:
-        if Path(row["source"]).is_absolute():  # built-in sequences have their name as source
-            data = SequenceOrigin(row["fingerprint"], row["source"], row["truth"])
-            by_name.setdefault(row["sequence"], set()).add(data)
-    return by_name
-
-
-def find_other_origin(
-    origin: SequenceOrigin, candidates: Iterable[SequenceOrigin]
-) -> SequenceOrigin | None:
-    """Return a candidate whose content and path differ from those of `origin`; None if none does.
-
-    A sequence that changed in the same folder does not count: its runs are stale.
-    """
-    for candidate in candidates:
-        if (
-            candidate.fingerprint != origin.fingerprint
-            and candidate.real_paths != origin.real_paths
-        ):
-            return candidate
-    return None
 
 
 def find_damage(folder: Path) -> list[str]:
@@ -73,17 +31,12 @@ def find_damage(folder: Path) -> list[str]:
     """
     try:
         refuse_empty_file(folder)
-    except ResultsError as error:
-        return [str(error)]
-    try:
         with open_database(folder) as database:
             messages = database.find_damage()
             without_truth = [] if messages else database.select(_WITHOUT_TRUTH)
     except DamagedError as error:
         return [str(error)]
-    return messages + [
-        str(MissingTruthError(folder / FILE_NAME, *truth)) for truth in without_truth
-    ]
+    return messages + [missing_truth(folder / FILE_NAME, *truth) for truth in without_truth]
 
 
 def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
@@ -97,51 +50,47 @@ def merge_results(sources: list[Path], target: Path) -> tuple[int, list[str]]:
 
     Raises `ResultsError` if a folder has no results or a file cannot be read or written.
     """
-    store, stored_runs = RunStore(target), StoredRuns.read(target, keeps_runs=False)
-    present, requests = stored_runs.rows, stored_runs.requests
-    target_runs = {run_key(row): (row["version"], row["status"], target) for row in present}
-    origins_of_name = origins_by_name(present)
-    tracker_versions = {row["tracker"]: (row["tracker_version"], target) for row in present}
-    missing: dict[RunKey, tuple[StoredRuns, tuple[str, str]]] = {}
+    folders = [path for source in sources for path in experiment_folders(source)]
+    merged = [Runs.unscored(target, keeps_runs=False), *map(Runs.unscored, folders)]
+    origins_of_name: dict[str, set[SequenceOrigin]] = {}
+    tracker_versions: dict[str, tuple[str, Path | None]] = {}
+    row_of_key: dict[RunKey, tuple[Mapping[str, Any], Runs]] = {}  # with the runs that have it
     conflicts: list[str] = []
-    for folder in [path for source in sources for path in experiment_folders(source)]:
-        stored_runs = StoredRuns.read(folder)
-        requests = stored_runs.requests.merged_with(requests)
-        for name, origins in origins_by_name(stored_runs.rows).items():
+    for runs in merged:
+        folder = runs.folder
+        for name, origins in origins_by_name(runs.stored_rows).items():
             earlier = origins_of_name.setdefault(name, set())
             conflicts += [
-                f"{name} is {recorded} in {folder}, and {different} in another folder"
-                for recorded in sorted(origins)
-                if (different := find_other_origin(recorded, earlier))
+                f"{name} is {origin} in {folder}, and {other} in another folder"
+                for origin in sorted(origins)
+                if (other := find_other_origin(origin, earlier))
             ]
             earlier |= origins
-        for row in stored_runs.rows:
-            key, origin = run_key(row), (row["tracker_version"], folder)
-            version, other = tracker_versions.setdefault(row["tracker"], origin)
-            if key not in target_runs and other != folder and version != row["tracker_version"]:
-                conflict = f"the versions of {key[0]} differ between {other} and {folder}"
-                conflicts += [] if conflict in conflicts else [conflict]
-            if key in target_runs:
-                version, status, other = target_runs[key]
-                if version != row["version"]:
+        for row in runs.stored_rows:
+            key, current = run_key(row), (row["tracker_version"], folder)
+            version, first_folder = tracker_versions.setdefault(row["tracker"], current)
+            if key in row_of_key:
+                former, former_runs = row_of_key[key]
+                if former["version"] != row["version"]:
                     conflicts.append(
-                        f"{key[0]} on {key[1]}, repetition {key[2]}, differs between {other} "
-                        f"and {folder}"
+                        f"{key[0]} on {key[1]}, repetition {key[2]}, differs between "
+                        f"{former_runs.folder} and {folder}"
                     )
-                if status == "finished" or row["status"] == "failed":
+                if former["status"] == "finished" or row["status"] == "failed":
                     continue
-            target_runs[key] = (row["version"], row["status"], folder)
-            missing[key] = stored_runs, (row["sequence"], row["fingerprint"])
+            elif first_folder != folder and version != row["tracker_version"]:
+                conflicts.append(
+                    f"the versions of {key[0]} differ between {first_folder} and {folder}"
+                )
+            row_of_key[key] = row, runs
     if conflicts:
-        return 0, conflicts
-    store.add_requests(requests)
-    keys = list(missing)
-    for begin in range(0, len(keys), _BATCH):
-        batch = {key: missing[key] for key in keys[begin : begin + _BATCH]}
-        truths = {truth: stored_runs.truth(*truth) for stored_runs, truth in batch.values()}
-        store.add_all(
-            [(stored_runs.run(key), "") for key, (stored_runs, _) in batch.items()],
-            [pack_truth(fingerprint, truth) for (_, fingerprint), truth in truths.items()],
-        )
-    StoredRuns.read(target).scored_rows(lambda *_: None)
-    return len(missing), []
+        return 0, list(dict.fromkeys(conflicts))
+    store = RunStore(target)
+    for runs in reversed(merged):  # of several versions and titles, those of the target count
+        store.add_requests(runs.requested, runs.title)
+    copied = [(row, runs) for row, runs in row_of_key.values() if runs is not merged[0]]
+    for begin in range(0, len(copied), _BATCH):
+        batch = [run for row, runs in copied[begin : begin + _BATCH] for run in runs.read([row])]
+        truths = {(truth.name, truth.fingerprint): truth for _, _, truth in batch}
+        store.add_all([(run, "") for _, run, _ in batch], truths.values())
+    return len(copied), []

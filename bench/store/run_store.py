@@ -1,10 +1,8 @@
-"""The stored runs of an experiment."""
+"""Writing of the runs of an experiment, and their form in the database."""
 
 import json
-import logging
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import asdict, dataclass, replace
-from functools import cache
+from dataclasses import asdict, replace
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
@@ -18,72 +16,51 @@ from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
-from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import FILE_NAME, RUN_KEY_COLUMNS, ResultsError, RunKey, run_key
-from trackmark.bench.store.packing import pack, select_group, unpack
-from trackmark.bench.store.truth import TruthRow, put_truth
+from trackmark.bench.store.database import (
+    Database,
+    open_database,
+    pack,
+    select_group,
+    unpack,
+    warn_of_damage,
+)
+from trackmark.bench.store.keys import (
+    FILE_NAME,
+    RUN_KEY_COLUMNS,
+    DamagedError,
+    ResultsError,
+    RunKey,
+    run_key,
+)
+from trackmark.bench.store.run_rows import run_row, scorer_version
+from trackmark.bench.store.truth import StoredTruth, put_truth
 
 MAX_RUNS = 1_000_000
 """Maximum number of requested runs of an experiment."""
 
-_KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
+RUN_KEY = "tracker = ? AND sequence = ? AND repetition = ? AND protocol = ?"
+"""Condition of a query for the run with a key."""
 
 
-class RemovedError(ResultsError):
-    """Error for a run that is not stored, for example because another process removed it."""
-
-
-@dataclass(frozen=True)
-class RequestedRuns:
-    """Requested runs of an experiment.
-
-    `title` is the title of the report. `versions` holds the requested `Identity.version` by run, in
-    the order of the requests. All repetitions of a tracker on a sequence have the same version.
-    """
-
-    title: str
-    versions: Mapping[RunKey, str]
-
-    def merged_with(self, later: "RequestedRuns") -> "RequestedRuns":
-        """Return these and later requests; a later version applies to all repetitions."""
-        newest = {(t, s, p): version for (t, s, _, p), version in later.versions.items()}
-        versions = {
-            (t, s, repetition, p): newest.get((t, s, p), version)
-            for (t, s, repetition, p), version in {**self.versions, **later.versions}.items()
-        }
-        return RequestedRuns(later.title or self.title, versions)
-
-
-def read_requests(database: Database) -> RequestedRuns:
-    """Return the requested runs; empty for a new folder.
+def read_requests(database: Database) -> tuple[str, dict[RunKey, str]]:
+    """Return the title and the requested versions of the runs; empty for a new folder.
 
     If the list is damaged or lost, a warning is logged, and it is empty.
     """
-    errors: list[DamagedError] = []
-    rows = database.rows("metadata_of_file", "name = 'requests'", on_damage=errors.append)
-    for row in rows:
+    messages: list[str] = []
+    for row in database.rows("metadata_of_file", "name = 'requests'", on_damage=messages.append):
         title, requests = json.loads(row["value"])
-        return RequestedRuns(title, {(t, s, r, p): version for t, s, r, p, version in requests})
-    if not errors and database.select("SELECT id FROM run LIMIT 1"):
-        errors.append(database.damaged("its list of requested runs is missing"))
-    for error in errors:
-        warn_of_damage(error)
-    return RequestedRuns("", {})
+        return title, {(t, s, r, p): version for t, s, r, p, version in requests}
+    if not messages and database.select("SELECT id FROM run LIMIT 1"):
+        messages.append(str(database.damaged("its list of requested runs is missing")))
+    for message in messages:
+        warn_of_damage(message)
+    return "", {}
 
 
-def _write_requests(database: Database, requests: RequestedRuns) -> None:
-    rows = [(*key, version) for key, version in requests.versions.items()]
-    database.insert("metadata_of_file", [("requests", json.dumps([requests.title, rows]))])
-
-
-@cache
-def _warn(message: str) -> None:
-    logging.getLogger("trackmark").warning(message)
-
-
-def warn_of_damage(error: ResultsError) -> None:
-    """Log a warning with the message of an error, once per process; by default on stderr."""
-    _warn(str(error))
+def _write_requests(database: Database, title: str, versions: Mapping[RunKey, str]) -> None:
+    requests = [(*key, version) for key, version in versions.items()]
+    database.insert("metadata_of_file", [("requests", json.dumps([title, requests]))])
 
 
 class RunStore:
@@ -95,25 +72,32 @@ class RunStore:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def add_requests(self, requests: RequestedRuns) -> None:
+    def add_requests(self, requested: Mapping[RunKey, str], title: str = "") -> None:
         """Create the file if it is missing, and add requested runs.
+
+        `requested` contains the `Identity.version` of each run. All repetitions of a tracker on a
+        sequence get the latest version. `title` is the title of the report; an empty one keeps the
+        former title.
 
         Raises `ResultsError` if the file cannot be written, or if there are too many runs. Raises
         `UnicodeEncodeError` for a name that is not UTF-8, before a file is created.
         """
-        for key in requests.versions:
+        for key in requested:
             "".join(map(str, key)).encode()
+        latest = {(t, s, p): version for (t, s, _, p), version in requested.items()}
         with open_database(self.folder, for_writing=True) as database:
-            present = read_requests(database)
-            merged = present.merged_with(requests)
-            if len(merged.versions) > MAX_RUNS:
+            former_title, former = read_requests(database)
+            merged = {
+                (t, s, repetition, p): latest.get((t, s, p), version)
+                for (t, s, repetition, p), version in {**former, **requested}.items()
+            }
+            if len(merged) > MAX_RUNS:
                 raise ResultsError(
-                    f"{len(merged.versions)} runs are requested in {self.folder}; an experiment "
+                    f"{len(merged)} runs are requested in {self.folder}; an experiment "
                     f"has at most {MAX_RUNS}. Use another experiment with --name."
                 )
-            # Compares the order, too: dictionaries are also equal if their orders differ.
-            if merged != present or [*merged.versions] != [*present.versions]:
-                _write_requests(database, merged)
+            if (title and title != former_title) or merged != former:
+                _write_requests(database, title or former_title, merged)
 
     def list_keys(self) -> list[RunKey]:
         """Return the keys of all stored runs (also of damaged ones), in order."""
@@ -133,20 +117,30 @@ class RunStore:
 
         Returns whether the run was stored. Raises `ResultsError` if the file cannot be written.
         """
-        return self.add_all([(run, replaced_version)])[0]
+        return self.add_all([(run, replaced_version)]) != [None]
 
     def add_all(
-        self, runs: Iterable[tuple[Run, str]], truths: Iterable[TruthRow] = ()
-    ) -> list[bool]:
+        self, runs: Iterable[tuple[Run, str]], truths: Iterable[StoredTruth] = ()
+    ) -> list[dict[str, Any] | None]:
         """Store runs and the ground truth of their sequences in one transaction; see `add`.
 
         In a transaction of its own, the ground truth could be removed before the runs are stored.
+        Returns the row of each run, with scores if its ground truth is among `truths`; None for a
+        run that was not stored.
         """
-        encoded = [(_encoded_run(run), replaced_version) for run, replaced_version in runs]
+        truth_of = {(truth.name, truth.fingerprint): truth for truth in truths}
+        encoded = []
+        for run, replaced_version in runs:  # encoded and scored before the file is locked
+            storable = _storable(run)
+            truth = truth_of.get((run.identity.sequence, run.identity.fingerprint))
+            encoded.append((_columns_of(storable), replaced_version, run_row(storable, truth)))
         with open_database(self.folder, for_writing=True) as database:
-            for truth in truths:
+            for truth in truth_of.values():
                 put_truth(database, truth)
-            return [_add(database, run, replaced_version) for run, replaced_version in encoded]
+            return [
+                row if _add(database, columns, replaced_version, row) else None
+                for columns, replaced_version, row in encoded
+            ]
 
     def remove(self, keys: Collection[RunKey]) -> None:
         """Remove runs together with their scores and requests.
@@ -156,10 +150,11 @@ class RunStore:
         """
         with open_database(self.folder, for_writing=True) as database:
             for key in keys:
-                database.delete("run", _KEY, *key)
-            requests, removed = read_requests(database), set(keys)
-            remaining = {k: version for k, version in requests.versions.items() if k not in removed}
-            _write_requests(database, replace(requests, versions=remaining))
+                database.delete("run", RUN_KEY, *key)
+            title, requested = read_requests(database)
+            for key in keys:
+                requested.pop(key, None)
+            _write_requests(database, title, requested)
             database.delete(
                 "truth", "(sequence, fingerprint) NOT IN (SELECT sequence, fingerprint FROM run)"
             )
@@ -170,9 +165,9 @@ class RunStore:
         Raises `ResultsError`, which names file and run, if the run is damaged or missing.
         """
         with open_database(self.folder) as database:
-            for row in database.rows("run", _KEY, *key):
+            for row in database.rows("run", RUN_KEY, *key):
                 return decoded_run(row)
-        raise RemovedError(
+        raise DamagedError(
             f"{self.folder / FILE_NAME} has no run of {key[0]} on {key[1]}, repetition "
             f"{key[2]}, protocol {key[3]!r}. Run the same command again."
         )
@@ -184,83 +179,94 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-def _encoded_run(run: Run) -> dict[str, Any]:
+def _storable(run: Run) -> Run:
+    """Return a run with date and machine, and without surrogates, which UTF-8 cannot encode."""
+    failure, output = (
+        printed.encode("utf-8", "backslashreplace").decode("utf-8")
+        for printed in (run.failure, run.tracker_output)
+    )
+    return replace(with_metadata(run), failure=failure, tracker_output=output)
+
+
+def _columns_of(run: Run) -> dict[str, Any]:
     """Return the columns of the table `run` in their order, but for the id and the digest."""
-    arrays = run_columns(run)
-    if run.revised is not None:
-        arrays["revised"] = run.revised.T
-    for frame, named in run.arrays.items():
-        arrays |= {f"requested/{frame}/{name}": array for name, array in named.items()}
     identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
     return {
         **dict(zip(RUN_KEY_COLUMNS, run_key(run.identity), strict=True)),
         "version": run.identity.version,
         "fingerprint": run.identity.fingerprint,
         "status": run.status,
-        "failure": _escaped(run.failure),
-        "tracker_output": _escaped(run.tracker_output),
+        "failure": run.failure,
+        "tracker_output": run.tracker_output,
         "frames": len(run.boxes),
         "seconds": _seconds(run.metadata.get("seconds")),
         "reading_seconds": _seconds(run.metadata.get("reading_seconds")),
-        "identity": json.dumps(identity),  # without the repetition
-        "metadata": json.dumps(with_metadata(run).metadata),
-        "arrays": pack(arrays),
+        "identity": json.dumps(identity),
+        "metadata": json.dumps(run.metadata),
+        "arrays": pack(run_arrays(run)),
     }
-
-
-def _escaped(printed: str) -> str:
-    """Escape surrogates, which UTF-8 cannot encode; trackers can print them."""
-    return printed.encode("utf-8", "backslashreplace").decode("utf-8")
 
 
 def _seconds(value: Any) -> float | None:
     return float(value) if value is not None and isfinite(value) else None
 
 
-def run_columns(run: Run) -> dict[str, NDArray[Any]]:
-    """Return the per-frame arrays of a run, by name."""
-    columns = {"boxes": run.boxes.T, "visible": run.visible, "confidence": run.confidence}
-    columns |= {f"detail/{name}": values for name, values in run.details.items()}
+def run_arrays(run: Run) -> dict[str, NDArray[Any]]:
+    """Return the arrays of a run, by name."""
+    arrays = {"boxes": run.boxes.T, "visible": run.visible, "confidence": run.confidence}
+    arrays |= {f"detail/{name}": values for name, values in run.details.items()}
     if run.segmentation is not None:
-        columns |= {f"segmentation/{name}": a for name, a in vars(run.segmentation).items()}
+        arrays |= {f"segmentation/{name}": a for name, a in vars(run.segmentation).items()}
     if run.states is not None:
-        columns["states"] = run.states.astype(np.int32)
+        arrays["states"] = run.states.astype(np.int32)
     if run.estimate_frames is not None:
-        columns["estimate_frame"] = run.estimate_frames.astype(np.int32)
-    columns |= {f"segment/{i}": frames.astype(np.int32) for i, frames in enumerate(run.segments)}
+        arrays["estimate_frame"] = run.estimate_frames.astype(np.int32)
+    arrays |= {f"segment/{i}": frames.astype(np.int32) for i, frames in enumerate(run.segments)}
     if run.times is not None:
-        times = {name: value for name, value in vars(run.times).items() if value is not None}
-        columns |= {f"times/{name}": np.asarray(value) for name, value in times.items()}
-    return columns
+        arrays |= {f"times/{name}": np.asarray(a) for name, a in vars(run.times).items()}
+    if run.revised is not None:
+        arrays["revised"] = run.revised.T
+    for frame, named in run.arrays.items():
+        arrays |= {f"requested/{frame}/{name}": array for name, array in named.items()}
+    return arrays
 
 
-def _add(database: Database, run: Mapping[str, Any], replaced_version: str) -> bool:
-    key, failed = run_key(run), run["status"] == "failed"
+def _add(
+    database: Database, columns: Mapping[str, Any], replaced_version: str, row: Mapping[str, Any]
+) -> bool:
+    """Store a run and its scores; return False if the stored run with its key is kept."""
+    key, failed = run_key(columns), columns["status"] == "failed"
     # A damaged run counts as missing and is replaced.
-    for existing in database.rows("run", _KEY, *key, on_damage=lambda _: None):
-        if existing["version"] == run["version"]:
+    for existing in database.rows("run", RUN_KEY, *key, on_damage=lambda _: None):
+        if existing["version"] == columns["version"]:
             # A finished run always replaces a failed one. It is itself replaced only by a timing
             # run that other load disturbed less.
-            if existing["status"] != "failed" and (failed or not _is_quieter(run, existing)):
+            if existing["status"] != "failed" and (failed or not _is_quieter(columns, existing)):
                 return False
             if existing["status"] == "failed" and failed and not replaced_version:
                 return False
         elif existing["version"] != replaced_version:
             return False
-    database.delete("run", _KEY, *key)
+    database.delete("run", RUN_KEY, *key)
     ((run_id,),) = database.select("SELECT coalesce(max(id), 0) + 1 FROM run")
     database.delete("score", "run = ?", run_id)  # of a lost row that had the same id
-    database.insert("run", [(run_id, *run.values())])
+    database.insert("run", [(run_id, *columns.values())])
+    if "scores" in row:
+        insert_scores(database, run_id, row)
     return True
 
 
-def _is_quieter(run: Mapping[str, Any], existing: Row) -> bool:
+def insert_scores(database: Database, run_id: int, row: Mapping[str, Any]) -> None:
+    """Store the scores in the row of a run."""
+    database.insert("score", [(run_id, scorer_version(), json.dumps(row["scores"]))])
+
+
+def _is_quieter(columns: Mapping[str, Any], existing: Row) -> bool:
     """Return whether a timing run has a smaller run delay than the stored one."""
     new, old = (
-        json.loads(text).get("run_delay_share", 0.0)
-        for text in (run["metadata"], existing["metadata"])
+        json.loads(run["metadata"]).get("run_delay_share", 0.0) for run in (columns, existing)
     )
-    return bool(run["protocol"] == TIMING and new < old)
+    return bool(columns["protocol"] == TIMING and new < old)
 
 
 def identity_of(row: Row) -> Identity:
@@ -271,9 +277,7 @@ def identity_of(row: Row) -> Identity:
 def decoded_run(row: Row) -> Run:
     """Return the run in a row of the table `run`."""
     columns = unpack(row["arrays"])
-    segmentation = select_group(columns, "segmentation")
-    measured = select_group(columns, "times")
-    times: dict[str, Any] = {k: a if a.shape else float(a) for k, a in measured.items()}
+    segmentation, times = select_group(columns, "segmentation"), select_group(columns, "times")
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
     for key, array in select_group(columns, "requested").items():
         frame, _, name = key.partition("/")

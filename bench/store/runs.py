@@ -1,22 +1,51 @@
 """Runs of an experiment with their scores and ground truths, from a results folder or in memory."""
 
+import json
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import suppress
 from difflib import get_close_matches
 from functools import cached_property
 from math import nan
+from operator import itemgetter
 from pathlib import Path
+from sqlite3 import Row
 from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 
 from trackmark import datasets
-from trackmark.bench.evaluation.outcomes import MetricOutcome, outcome_of
 from trackmark.bench.evaluation.run_record import Run
+from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.data_frames import to_data_frame, with_missing, with_one_version
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, RunKey, refuse_empty_file, run_key
-from trackmark.bench.store.run_rows import NUMBER_FIELDS, TEXT_FIELDS, StoredRuns, run_row
-from trackmark.bench.store.truth import StoredTruth
+from trackmark.bench.store.database import open_database, warn_of_damage
+from trackmark.bench.store.keys import (
+    FILE_NAME,
+    RUN_KEY_COLUMNS,
+    DamagedError,
+    ResultsError,
+    RunKey,
+    refuse_empty_file,
+    run_key,
+)
+from trackmark.bench.store.run_rows import (
+    NUMBER_FIELDS,
+    TEXT_FIELDS,
+    identity_fields,
+    row_of,
+    run_row,
+    scorer_version,
+    scores_of,
+)
+from trackmark.bench.store.run_store import (
+    RUN_KEY,
+    RunStore,
+    decoded_run,
+    identity_of,
+    insert_scores,
+    read_requests,
+    sort_key,
+)
+from trackmark.bench.store.truth import StoredTruth, missing_truth, read_truth, truth_of_row
 from trackmark.datasets import SequenceError
 
 if TYPE_CHECKING:
@@ -29,6 +58,11 @@ DEFAULT_METRICS = "native"
 
 NOT_SCORED = "not scored"
 """Status of finished runs that metrics cannot score."""
+
+MAX_KEPT = 1 << 30
+"""Maximum size of the packed arrays of runs that stay in memory after they were read [bytes]."""
+
+_BATCH = 1000  # runs whose scores are stored in one transaction
 
 
 class RunWithTruth(NamedTuple):
@@ -47,6 +81,10 @@ class Runs(Mapping[RunName, Run]):
     sequence's name suffices if it is unique. The other attributes and methods concern the runs by
     all protocols, including requested runs that do not exist.
 
+    A results folder is read in one transaction. Its whole content is read in any case, because
+    digests are compared. Runs therefore stay in memory, packed, and are unpacked when they are
+    used. Those that exceed `MAX_KEPT` are read again then.
+
     Attributes
     ----------
     title : str
@@ -58,7 +96,17 @@ class Runs(Mapping[RunName, Run]):
     metrics : str
         Default metrics of `scored`.
     stored_rows : list of dict
-        Rows of the existing runs, with scores; `rows` also has the missing ones.
+        One row per finished or failed run, in order; `rows` also has the missing ones. The keys are
+        `TEXT_FIELDS`, `NUMBER_FIELDS` and `scores`. `parameters` is JSON. `version` depends on
+        tracker, parameters and sequence; `tracker_version` depends on the tracker's code and
+        libraries. `source` and `truth` are the paths from which the sequence was opened. `seconds`
+        is the wall time of all calls of the tracker, and `reading_seconds` the mean time to decode
+        or render an image [s]. `bench.metrics.times.time_fields` describes the times per frame and
+        `time_note`. `clock` is the clock of these times, and `machine` the machine on which they
+        were measured. `date` is the date and time (UTC, ISO 8601) at which the run was stored
+        first. `generators` are the global random generators from which the tracker has drawn.
+        `scores` are those of `bench.evaluation.score_both`. Damaged runs, and runs whose ground
+        truth is damaged or missing, are left out, with a warning on standard error.
     requested : mapping of RunKey to str
         Requested versions of the runs.
     """
@@ -67,14 +115,16 @@ class Runs(Mapping[RunName, Run]):
         self,
         rows: Iterable[dict[str, Any]],
         requested: Mapping[RunKey, str],
-        source: StoredRuns,
+        folder: Path | None = None,
         title: str = "",
+        runs: Mapping[RunKey, Run | Row] | None = None,
+        truths: dict[tuple[str, str], StoredTruth | Row] | None = None,
         trackers: Collection[str] | None = None,
     ) -> None:
-        self.folder, self.title = source.folder, title
+        self.folder, self.title = folder, title
         self.protocol, self.metrics = ONE_PASS, DEFAULT_METRICS
         self.stored_rows, self.requested = list(rows), requested
-        self._source, self._trackers = source, trackers
+        self._runs, self._truths, self._trackers = runs or {}, truths or {}, trackers
 
     @classmethod
     def open(cls, folder: Path, progress: Callable[[int, int], None] = lambda *_: None) -> Self:
@@ -88,34 +138,94 @@ class Runs(Mapping[RunName, Run]):
                 f"{folder}: this folder contains no results. Create results by `trackmark run`."
             )
         refuse_empty_file(folder)
-        stored_runs = StoredRuns.read(folder)
-        title = stored_runs.requests.title or folder.absolute().name
-        return cls(
-            stored_runs.scored_rows(progress), stored_runs.requests.versions, stored_runs, title
-        )
+        runs = cls.unscored(folder)
+        runs.title = runs.title or folder.absolute().name
+        runs._score(folder, progress)
+        return runs
 
     @classmethod
-    def in_memory(
-        cls, runs: Iterable[Run], truths: Mapping[tuple[str, str], StoredTruth], title: str = ""
-    ) -> Self:
-        """Return runs in memory; `truths` has ground truths by name and fingerprint of sequence."""
-        source, runs = StoredRuns(), list(runs)
-        source.truths |= truths
-        source.runs |= {run_key(run.identity): run for run in runs}
-        versions = {run_key(run.identity): run.identity.version for run in runs}
+    def unscored(cls, folder: Path, *, keeps_runs: bool = True) -> Self:
+        """Return the runs in a results folder, with those scores only that are stored.
+
+        `keeps_runs` is false if only rows are needed. A folder without results has no runs. Raises
+        `ResultsError` if the file is damaged.
+        """
+        room = MAX_KEPT if keeps_runs else 0
+        rows: list[dict[str, Any]] = []
+        runs: dict[RunKey, Run | Row] = {}
+        fields_of_version: dict[str, dict[str, Any]] = {}
+        with open_database(folder) as database:
+            title, requested = read_requests(database)
+            named = {
+                tuple(row) for row in database.select("SELECT sequence, fingerprint FROM truth")
+            }
+            truths: dict[tuple[str, str], StoredTruth | Row] = {
+                _truth_key(row): row for row in database.rows("truth", on_damage=warn_of_damage)
+            }
+            # Damaged scores are computed again.
+            scored = database.rows(
+                "score", "scorer = ?", scorer_version(), on_damage=lambda _: None
+            )
+            scores = {row["run"]: row["scores"] for row in scored}
+            for row in database.rows("run", on_damage=warn_of_damage):
+                if (truth := _truth_key(row)) not in truths:
+                    if truth not in named:
+                        warn_of_damage(missing_truth(database.path, *truth))
+                    continue
+                if row["version"] not in fields_of_version:
+                    fields_of_version[row["version"]] = identity_fields(identity_of(row))
+                fields = (row[name] for name in ("repetition", "status", "failure", "frames"))
+                shared, metadata = fields_of_version[row["version"]], json.loads(row["metadata"])
+                rows.append(row_of(shared, metadata, *fields))
+                if row["id"] in scores:
+                    rows[-1]["scores"] = json.loads(scores[row["id"]])
+                room -= len(row["arrays"])
+                if room >= 0:
+                    runs[run_key(row)] = row
+        rows.sort(key=lambda row: sort_key(run_key(row)))
+        return cls(rows, requested, folder, title, runs, truths)
+
+    def _score(self, folder: Path, progress: Callable[[int, int], None]) -> None:
+        """Score the runs without scores, and store their scores.
+
+        Runs that were damaged or removed after the rows were read are left out, with a warning.
+        """
+        unscored = [row for row in self.stored_rows if "scores" not in row]
+        for begin in range(0, len(unscored), _BATCH):
+            batch = unscored[begin : begin + _BATCH]
+            for done, row in enumerate(batch, begin + 1):
+                try:
+                    row["scores"] = scores_of(self.run(run_key(row)), self._truth(_truth_key(row)))
+                except DamagedError as error:
+                    warn_of_damage(str(error))
+                progress(done, len(unscored))
+            with suppress(ResultsError):  # in a read-only folder, every reader computes the scores
+                store_scores(folder, [row for row in batch if "scores" in row])
+        self.stored_rows = [row for row in self.stored_rows if "scores" in row]
+
+    @classmethod
+    def in_memory(cls, runs: Iterable[Run], truths: Iterable[StoredTruth], title: str = "") -> Self:
+        """Return runs in memory; `truths` are the ground truths of their sequences."""
+        truth_of = {(truth.name, truth.fingerprint): truth for truth in truths}
+        by_key = {run_key(run.identity): run for run in runs}
         rows = [
-            run_row(run, truths[run.identity.sequence, run.identity.fingerprint]) for run in runs
+            run_row(run, truth_of[run.identity.sequence, run.identity.fingerprint])
+            for run in by_key.values()
         ]
-        return cls(rows, versions, source, title)
+        versions = {key: run.identity.version for key, run in by_key.items()}
+        return cls(rows, versions, None, title, by_key, {**truth_of})
 
     def __add__(self, later: "Runs") -> Self:
         """Return these runs and others, which take precedence."""
-        source = StoredRuns(self.folder)
-        source.runs = self._source.runs | later._source.runs
-        source.truths = self._source.truths | later._source.truths
         rows = {run_key(row): row for row in (*self.stored_rows, *later.stored_rows)}
-        requested = {**self.requested, **later.requested}
-        return type(self)(rows.values(), requested, source, self.title)
+        return type(self)(
+            rows.values(),
+            {**self.requested, **later.requested},
+            self.folder,
+            self.title,
+            {**self._runs, **later._runs},
+            {**self._truths, **later._truths},
+        )
 
     def select(self, keys: Collection[RunKey]) -> Self:
         """Return the runs with these keys, and the timing runs of their trackers and sequences.
@@ -130,30 +240,33 @@ class Runs(Mapping[RunName, Run]):
 
         rows = [row for row in self.stored_rows if is_wanted(run_key(row))]
         requested = {key: text for key, text in self.requested.items() if is_wanted(key)}
-        return type(self)(rows, requested, self._source, self.title)
+        return type(self)(rows, requested, self.folder, self.title, self._runs, self._truths)
 
     def of_trackers(self, labels: Collection[str]) -> Self:
         """Return the runs of some trackers; runs that are stale stay stale."""
-        return type(self)(self.stored_rows, self.requested, self._source, self.title, labels)
+        content = self._runs, self._truths
+        return type(self)(
+            self.stored_rows, self.requested, self.folder, self.title, *content, labels
+        )
 
     @cached_property
     def rows(self) -> list[dict[str, Any]]:
         """Rows of `table`; the key `scores` contains the scores."""
-        rows = with_one_version(with_missing(self.stored_rows, self.requested))
-        chosen = self._trackers
-        return rows if chosen is None else [row for row in rows if row["tracker"] in chosen]
+        rows = _with_one_version(_with_missing(self.stored_rows, self.requested))
+        labels = self._trackers
+        return rows if labels is None else [row for row in rows if row["tracker"] in labels]
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """Data frame with one row per requested or stored run, and one column per score.
 
-        The other columns are the fields of `bench.store.run_rows.list_runs`. Requested runs that do
-        not exist have the status `missing`. Runs have the status `stale` if another version of the
+        The other columns are the fields of `stored_rows`. Requested runs that do not exist have the
+        status `missing`. Runs have the status `stale` if another version of the
         tracker or sequence is requested, or if a run that was stored later has another version. A
         damaged run is missing, and a warning names it. Stale runs have no scores, so that no mean
         combines two versions.
         """
-        table = to_data_frame(self.rows)
+        table = _data_frame(self.rows)
         scores = table.columns.difference([*TEXT_FIELDS, *NUMBER_FIELDS])
         table.loc[table["status"] == "stale", scores] = nan
         return table
@@ -176,14 +289,27 @@ class Runs(Mapping[RunName, Run]):
         Raises `ResultsError`, which names the file, if a ground truth is missing or damaged.
         """
         keys = dict.fromkeys(_truth_key(row) for row in self.rows if row["status"] != "missing")
-        return {key: self._source.truth(*key) for key in keys}
+        return {key: self._truth(key) for key in keys}
+
+    def _truth(self, key: tuple[str, str]) -> StoredTruth:
+        """Return a ground truth by name and fingerprint; it is unpacked once."""
+        if key not in self._truths and self.folder is not None:
+            self._truths[key] = read_truth(self.folder, *key)
+        truth = self._truths[key]
+        if isinstance(truth, Row):
+            truth = self._truths[key] = truth_of_row(truth)
+        return truth
 
     def run(self, key: RunKey) -> Run:
         """Return a run by its whole key.
 
-        Raises `ResultsError`, which names the file, if the run is damaged or was removed.
+        Raises `ResultsError`, which names the file, if a run that must be read again is damaged or
+        was removed.
         """
-        return self._source.run(key)
+        if key not in self._runs and self.folder is not None:
+            return RunStore(self.folder).read(key)
+        run = self._runs[key]
+        return run if isinstance(run, Run) else decoded_run(run)
 
     def evaluated_rows(self, **fields: str) -> list[dict[str, Any]]:
         """Return the rows of runs whose boxes are scored: all but timing, missing and stale runs.
@@ -201,7 +327,7 @@ class Runs(Mapping[RunName, Run]):
     def read(self, rows: Iterable[Mapping[Any, Any]]) -> Iterator[RunWithTruth]:
         """Yield the runs of rows with their ground truths; raises `ResultsError` as `run`."""
         for row in rows:
-            yield RunWithTruth(row, self.run(run_key(row)), self._source.truth(*_truth_key(row)))
+            yield RunWithTruth(row, self.run(run_key(row)), self._truth(_truth_key(row)))
 
     def outcomes(self, metrics: str, table: "pd.DataFrame") -> dict[int, MetricOutcome]:
         """Score the finished and failed runs of rows by metrics; return the outcomes by index."""
@@ -328,6 +454,82 @@ class Runs(Mapping[RunName, Run]):
         return f"<Runs of {', '.join(words)} {where}>"
 
 
+def list_runs(folder: Path) -> list[dict[str, Any]]:
+    """Return the rows of a results folder, which can lack `scores`; see `Runs.stored_rows`."""
+    return Runs.unscored(folder, keeps_runs=False).stored_rows
+
+
+def store_scores(folder: Path, rows: Iterable[Mapping[str, Any]]) -> None:
+    """Store the scores of rows, unless their runs were replaced or removed in the meantime.
+
+    Raises `ResultsError` if they cannot be written.
+    """
+    query = f"SELECT id FROM run WHERE {RUN_KEY} AND version = ? AND status = ?"
+    with open_database(folder, for_writing=True) as database:
+        for row in rows:
+            for (run_id,) in database.select(query, *run_key(row), row["version"], row["status"]):
+                insert_scores(database, run_id, row)
+
+
+def _with_missing(
+    rows: Iterable[dict[str, Any]], requested: Mapping[RunKey, str]
+) -> list[dict[str, Any]]:
+    """Return rows of requested stored runs, of other stored runs, and of missing runs, in order.
+
+    The status of a missing run is `missing`. The status of a stored run is `stale` if another
+    version is requested.
+    """
+    row_of_key = {run_key(row): row for row in rows}
+    ordered, missing = [], []
+    for key, version in requested.items():
+        if row := row_of_key.pop(key, None):
+            ordered.append(row if row["version"] == version else {**row, "status": "stale"})
+        else:
+            fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
+            missing.append({**fields, "status": "missing", "failure": ""})
+    return [*ordered, *row_of_key.values(), *missing]
+
+
+def _with_one_version(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Return rows in which each tracker and each sequence has runs of one version only.
+
+    The version of the run that was stored last counts. Runs of another version of their tracker or
+    sequence have the status `stale`: if only a part of the runs was repeated after an edit, scores
+    of both versions must not be averaged or compared.
+    """
+    by_date = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
+    trackers = {row["tracker"]: row["tracker_version"] for row in by_date}  # the last one remains
+    sequences = {row["sequence"]: row["fingerprint"] for row in by_date}
+    return [
+        row
+        if row["status"] == "missing"
+        or (trackers[row["tracker"]], sequences[row["sequence"]])
+        == (row["tracker_version"], row["fingerprint"])
+        else {**row, "status": "stale"}
+        for row in rows
+    ]
+
+
+def _data_frame(rows: list[dict[str, Any]]) -> "pd.DataFrame":
+    """Convert rows to a data frame with scores as columns."""
+    import pandas as pd
+
+    columns: dict[str, Any] = {}
+    for name in TEXT_FIELDS:
+        # No categories: pandas cannot reindex groups of more than 127 categories. Objects share
+        # equal texts; the type `str` copies them.
+        columns[name] = pd.Series([row.get(name) for row in rows], dtype=object)
+    for name in NUMBER_FIELDS:
+        columns[name] = pd.Series([row.get(name) for row in rows], dtype="float64")
+    for name in dict.fromkeys(name for row in rows for name in row.get("scores", ())):
+        scores = [row.get("scores", {}).get(name) for row in rows]
+        columns[name] = pd.Series(scores, dtype="float64")
+    types = {"repetition": "int32"}
+    if all(row["status"] != "missing" for row in rows):
+        types["frames"] = "int32"
+    return pd.DataFrame(columns).astype(types)
+
+
 def without_failed_trackers(table: "pd.DataFrame") -> "pd.DataFrame":
     """Return the rows without those of trackers whose runs all failed."""
     return table[table["tracker"].isin(table["tracker"][table["status"] != "failed"])]
@@ -368,7 +570,7 @@ def reopen_sequence(row: Mapping[Any, Any]) -> datasets.Sequence:
     return sequence
 
 
-def _truth_key(row: Mapping[Any, Any]) -> tuple[str, str]:
+def _truth_key(row: Mapping[Any, Any] | Row) -> tuple[str, str]:
     return row["sequence"], row["fingerprint"]
 
 

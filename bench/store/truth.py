@@ -4,28 +4,23 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from sqlite3 import Row
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.database import DamagedError, Database, open_database
-from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.store.packing import pack, select_group, unpack
+from trackmark.bench.store.database import (
+    Database,
+    open_database,
+    pack,
+    select_group,
+    unpack,
+)
+from trackmark.bench.store.keys import DamagedError, ResultsError
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
 _KEY = "sequence = ? AND fingerprint = ?"
-
-
-class MissingTruthError(DamagedError):
-    """Error for runs whose ground truth is not stored; `file` is the database."""
-
-    def __init__(self, file: Path, sequence: str, fingerprint: str) -> None:
-        super().__init__(
-            f"{file} has no ground truth of {sequence} with the fingerprint {fingerprint}. Remove "
-            f"the runs on {sequence} (`trackmark results remove`) and run the same command again."
-        )
 
 
 @dataclass(frozen=True)
@@ -33,6 +28,7 @@ class StoredTruth:
     """Ground truth of a sequence at the time of its runs; fields as in `Sequence`."""
 
     name: str
+    fingerprint: str
     boxes: NDArray[Any]
     regions: Mapping[str, NDArray[Any]]
     visibility: NDArray[Any]
@@ -47,24 +43,21 @@ class StoredTruth:
     first_pixel: int = 0  # coordinate of the first pixel in the files of the data set
 
 
-class TruthRow(NamedTuple):
-    """Row of a ground truth in the database; `arrays` are packed."""
-
-    sequence: str
-    fingerprint: str
-    arrays: bytes
-
-
 def stored_truth(sequence: Sequence) -> StoredTruth:
     """Return the ground truth of a sequence as it is stored."""
+    try:
+        image_size = sequence.image_size
+    except SequenceError:  # the first image is unreadable, so that runs fail
+        image_size = None
     return StoredTruth(
         sequence.name,
+        sequence.fingerprint,
         sequence.boxes,
         sequence.regions,
         sequence.visibility,
         sequence.attributes,
         sequence.fps,
-        _image_size(sequence),
+        image_size,
         sequence.shapes,
         sequence.annotated,
         sequence.malformed,
@@ -72,8 +65,44 @@ def stored_truth(sequence: Sequence) -> StoredTruth:
     )
 
 
-def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
-    """Return the row of a ground truth of a sequence with this fingerprint."""
+def put_truth(database: Database, truth: StoredTruth) -> None:
+    """Store a ground truth in a transaction, unless it is stored already and undamaged.
+
+    Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
+    """
+    key = truth.name, truth.fingerprint
+    # A damaged ground truth is replaced.
+    for row in database.rows("truth", _KEY, *key, on_damage=lambda _: None):
+        if not np.array_equal(unpack(row["arrays"])["boxes"].T, truth.boxes, equal_nan=True):
+            raise ResultsError(
+                f"{database.path} has another ground truth of {truth.name} with the same "
+                f"fingerprint {truth.fingerprint}. Give each sequence its own fingerprint."
+            )
+        return
+    database.insert("truth", [(*key, _packed(truth))])
+
+
+def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
+    """Return the ground truth of runs on a sequence.
+
+    Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
+    """
+    with open_database(folder) as database:
+        for row in database.rows("truth", _KEY, sequence, fingerprint):
+            return truth_of_row(row)
+    raise DamagedError(missing_truth(database.path, sequence, fingerprint))
+
+
+def missing_truth(file: Path, sequence: str, fingerprint: str) -> str:
+    """Return the message for runs whose ground truth is not stored in `file`, the database."""
+    return (
+        f"{file} has no ground truth of {sequence} with the fingerprint {fingerprint}. Remove "
+        f"the runs on {sequence} (`trackmark results remove`) and run the same command again."
+    )
+
+
+def _packed(truth: StoredTruth) -> bytes:
+    """Return the arrays of a ground truth as they are stored."""
     arrays = {"boxes": truth.boxes.T, "visibility": truth.visibility}
     arrays |= {f"region/{name}": boxes.T for name, boxes in truth.regions.items()}
     arrays |= {f"attribute/{name}": flags for name, flags in truth.attributes.items()}
@@ -92,49 +121,12 @@ def pack_truth(fingerprint: str, truth: StoredTruth) -> TruthRow:
         elif shape is not None:
             bounds = [shape.x, shape.y, shape.width, shape.height]
             arrays[f"mask/{frame}"] = np.array([*bounds, *shape.runs], np.int64)
-    return TruthRow(truth.name, fingerprint, pack(arrays))
+    return pack(arrays)
 
 
-def put_truth(database: Database, row: TruthRow) -> None:
-    """Store a ground truth in a transaction, unless it is stored already and undamaged.
-
-    Raises `ResultsError` if other boxes are stored under the same name and fingerprint.
-    """
-    # A damaged ground truth is replaced.
-    rows = database.rows("truth", _KEY, *row[:2], on_damage=lambda _: None)
-    before = next((unpack(other["arrays"])["boxes"] for other in rows), None)
-    if before is None:
-        database.insert("truth", [row])
-    elif not np.array_equal(before, unpack(row.arrays)["boxes"], equal_nan=True):
-        raise ResultsError(
-            f"{database.path} has another ground truth of {row.sequence} with the same "
-            f"fingerprint {row.fingerprint}. Give each sequence its own fingerprint."
-        )
-
-
-def read_truth(folder: Path, sequence: str, fingerprint: str) -> StoredTruth:
-    """Return the ground truth of runs on a sequence.
-
-    Raises `ResultsError`, which names the file, if the ground truth is missing or damaged.
-    """
-    with open_database(folder) as database:
-        for row in database.rows("truth", _KEY, sequence, fingerprint):
-            return unpack_truth(row)
-    raise MissingTruthError(database.path, sequence, fingerprint)
-
-
-def _image_size(sequence: Sequence) -> tuple[int, int] | None:
-    """Return the size of the images; None if the first image is unreadable (runs then fail)."""
-    try:
-        return sequence.image_size
-    except SequenceError:
-        return None
-
-
-def unpack_truth(row: TruthRow | Row) -> StoredTruth:
-    """Return the ground truth of a row."""
-    name, _, packed, *_ = row
-    arrays = unpack(packed)
+def truth_of_row(row: Row) -> StoredTruth:
+    """Return the ground truth in a row of the table `truth`."""
+    arrays = unpack(row["arrays"])
     size: Any = tuple(arrays["image_size"].tolist()) if "image_size" in arrays else None
     shapes: dict[int, NDArray[np.float64] | EncodedMask] = {
         int(frame): polygon for frame, polygon in select_group(arrays, "polygon").items()
@@ -144,7 +136,8 @@ def unpack_truth(row: TruthRow | Row) -> StoredTruth:
         shapes[int(frame)] = EncodedMask(*bounds, np.array(runs, np.int64))
     n = len(arrays["visibility"])
     return StoredTruth(
-        name=name,
+        row["sequence"],
+        row["fingerprint"],
         boxes=arrays["boxes"].T,
         regions={key: boxes.T for key, boxes in select_group(arrays, "region").items()},
         visibility=arrays["visibility"],

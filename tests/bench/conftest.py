@@ -23,8 +23,8 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.truth import StoredTruth, pack_truth
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.truth import StoredTruth
 
 
 class Noise:
@@ -187,17 +187,20 @@ def store_many():
     def store(folder, n_sequences, n_trackers, n_frames=12, source="1"):
         random, truths, runs = np.random.default_rng(0), [], []
         for s in range(n_sequences):
-            name, boxes = f"sequence-{s}", straight_line(n_frames)
+            name, fingerprint = f"sequence-{s}", f"fingerprint {s}"
+            boxes = straight_line(n_frames)
             attributes = {"OCC": np.arange(n_frames) > 5}
             visibility = np.ones(n_frames)
-            truths.append(StoredTruth(name, boxes, {}, visibility, attributes, 30.0, (320, 240)))
+            truths.append(
+                StoredTruth(name, fingerprint, boxes, {}, visibility, attributes, 30.0, (320, 240))
+            )
             for t in range(n_trackers):
                 version = {"source": source, "libraries": {}}
                 tracker = f"tracker-{t}", f"tracker-{t}", "recommended", {}, version
                 noise = random.normal(0, 1 + t / n_trackers, boxes.shape) * [1, 1, 0, 0]
                 noise[0] = 0
                 run = Run(
-                    Identity(*tracker, name, f"fingerprint {s}", 0, "one-pass"),
+                    Identity(*tracker, name, fingerprint, 0, "one-pass"),
                     boxes + noise,
                     np.ones(n_frames, np.bool_),
                     np.full(n_frames, np.nan),
@@ -206,9 +209,8 @@ def store_many():
                 runs.append(run)
         results = RunStore(folder)
         requested = {run_key(run.identity): run.identity.version for run in runs}
-        results.add_requests(RequestedRuns("Many runs", requested))
-        rows = [pack_truth(f"fingerprint {s}", truth) for s, truth in enumerate(truths)]
-        results.add_all([(run, "") for run in runs], rows)
+        results.add_requests(requested, "Many runs")
+        results.add_all([(run, "") for run in runs], truths)
         return results
 
     return store

@@ -1,12 +1,12 @@
 """Notice of compilation, and the cache of compiled kernels."""
 
-import fcntl
 import json
-from threading import Thread
+import subprocess
+import sys
 
 import numba
 import pytest
-from numba.core.caching import CacheImpl, IndexDataCacheFile
+from numba.core.caching import CacheImpl
 
 from trackmark.bench.cli import _message_of
 from trackmark.bench.numba_compilation import SENTENCE
@@ -43,14 +43,16 @@ def test_invalid_number_of_threads_is_one_line(trackmark_process, monkeypatch):
     assert done.stderr == "trackmark: NUMBA_NUM_THREADS is '0'. Expected: 1 or more.\n"
 
 
-def test_one_process_at_a_time_uses_cached_kernels(tmp_path):
-    file = IndexDataCacheFile(str(tmp_path), "function", source_stamp=(1, 2))
-    other = Thread(target=file.save, args=("types", "kernel"))
-    with (tmp_path / "function.nbi.lock").open("ab") as lock:
-        lock_name = next(tmp_path.iterdir()).name
-        fcntl.flock(lock, fcntl.LOCK_EX)
-        other.start()
-        other.join(0.2)
-        assert [path.name for path in tmp_path.iterdir()] == [lock_name]
-    other.join()
-    assert file.load("types") == "kernel"
+def test_one_process_at_a_time_compiles_a_kernel(tmp_path, monkeypatch):
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    script = (
+        "from trackmark.bench.numba_compilation import prepare_numba\n"
+        "prepare_numba(lambda: print('compiled'))\n"
+        "from trackmark.trackers.maps.back_projection import hue_bin\n"
+        "hue_bin(1, 2, 3, 4)"
+    )
+    workers = [
+        subprocess.Popen([sys.executable, "-c", script], stdout=subprocess.PIPE) for _ in range(2)
+    ]
+    waiting, compiling = sorted(worker.communicate()[0] for worker in workers)
+    assert (waiting, set(compiling.splitlines())) == (b"", {b"compiled"})

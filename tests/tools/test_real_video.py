@@ -2,6 +2,7 @@
 
 import csv
 import importlib.util
+import json
 from itertools import product
 from pathlib import Path
 
@@ -69,20 +70,28 @@ def test_order_of_published_trackers_is_that_of_their_scores():
             assert row[1] == f"{np.mean(values):.2f}"
 
 
-@pytest.mark.parametrize(
-    ("tracker", "column", "value"),
-    [
-        ("static", "version", "other"),
-        ("camshift", "parameters", "other"),
-        ("camshift", "tracker", "camshift:preset=removed"),
-        ("camshift", "tracker", "removed"),
-    ],
-)
-def test_changed_tracker_is_stale(scores, tracker, column, value):
+def test_stored_scores_are_current(scores):
     assert stored.stale_trackers(scores) == []
-    changed = scores.copy()
-    changed.loc[scores["tracker"] == tracker, column] = value
-    assert stored.stale_trackers(changed) == [value if column == "tracker" else tracker]
+
+
+@pytest.mark.parametrize(
+    ("column", "value"),
+    [("version", "other"), ("tracker", "camshift:preset=removed"), ("tracker", "removed")],
+)
+def test_changed_tracker_is_stale(scores, column, value):
+    scores.loc[scores["tracker"] == "camshift", column] = value
+    assert stored.stale_trackers(scores) == [value if column == "tracker" else "camshift"]
+
+
+@pytest.mark.parametrize(
+    ("parameters", "is_stale"),
+    [({"hue_bins": 16}, True), ({"removed_option": 1}, False), ({}, False)],
+    ids=["other value", "removed parameter", "new parameters"],
+)
+def test_tracker_is_stale_if_a_parameter_has_another_value(scores, parameters, is_stale):
+    row = (scores["tracker"] == "camshift") & scores["parameters"].notna()
+    scores.loc[row, "parameters"] = json.dumps(parameters)
+    assert stored.stale_trackers(scores) == ["camshift"] * is_stale
 
 
 @pytest.mark.parametrize("sequence", ["Deer", "wang2010/hand:scene=400"])
@@ -124,7 +133,7 @@ def test_stale_tracker_stops_the_documentation_site():
         hook.on_pre_build({})
 
 
-def test_opencv_tracker_that_is_not_installed_is_not_stale(scores, monkeypatch):
+def test_opencv_tracker_that_is_not_installed_has_its_sealed_version(scores, monkeypatch):
     def refuse(tracker):
         raise stored.TrackerError("the installed OpenCV has no such tracker")
 

@@ -1,6 +1,5 @@
 """Clock of tracker calls, with real threads, processes and occupied processors."""
 
-import math
 import os
 import subprocess
 import sys
@@ -82,60 +81,6 @@ def test_run_delay_of_occupied_processor_is_no_time():
     assert times.run_delay > 0.02
     # The time excludes the run delay: what is left is the computation.
     assert 0.099 < times.seconds < wall - 0.02
-
-
-@needs_run_delay
-def test_clocks_of_one_moment_are_read(monkeypatch):
-    """The thread loses its processor for 5 s between its time and its counters."""
-    clock = CallClock()
-    assert clock.has_run_delay
-    times = iter([0.0, 1.0, 6.0, 6.0, 6.0])
-    counters = iter([b"0 5000000000 1", b"0 5000000000 2"])
-    monkeypatch.setattr(call_clock.time, "perf_counter", lambda: next(times))
-    monkeypatch.setattr(call_clock.os, "pread", lambda *_: next(counters))
-    assert clock._read_clocks() == (6.0, b"0 5000000000 2")
-
-
-@needs_run_delay
-def test_calls_after_short_pauses_share_counters(monkeypatch):
-    clock, now, readings = CallClock(), [0.0], []
-    assert clock.has_run_delay
-    clock.start()  # opens the counters of this thread
-
-    def read(*_):
-        readings.append(now[0])
-        return b"0 0 1"
-
-    monkeypatch.setattr(call_clock.time, "perf_counter", lambda: now[0])
-    monkeypatch.setattr(call_clock.os, "pread", read)
-    clock._ended = clock._valid_until = 0.0
-    calls = (1, 1.00001), (1.00002, 1.00003), (1.5, 1.50001), (1.50002, 1.6), (1.60001, 1.60002)
-    for now[0], end in calls:
-        clock.start()
-        now[0] = end
-        clock.stop()
-    assert readings == [1, 1.5, 1.6]  # the last one ends the only long call
-
-
-@needs_run_delay
-def test_counters_belong_to_the_calling_thread():
-    clock, result, counters = CallClock(), [], []
-    clock.start()
-    clock.stop()
-
-    def call(clock):
-        clock.start()
-        counters.append(clock._counters)
-        time.sleep(0.01)
-        result.append(clock.stop())
-
-    clock._ended = clock._valid_until = math.inf  # the counters are read recently
-    clock._counters = b"0 0 0"
-    thread = threading.Thread(target=call, args=(clock,))
-    thread.start()
-    thread.join()
-    assert counters != [b"0 0 0"]
-    assert result[0].seconds >= 0.01 - result[0].run_delay
 
 
 @needs_run_delay

@@ -14,7 +14,6 @@ from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.maps.back_projection import (
     HueBins,
     adapted_window,
-    count_bins,
     hue_bin,
     lazy_hue_bins,
     mean_shift,
@@ -74,19 +73,6 @@ def slow_moments(weight_of_pixel, left, top, width, height):
 
 
 window = st.tuples(st.integers(-8, 25), st.integers(-8, 20), st.integers(1, 30), st.integers(1, 30))
-
-
-@given(st.integers(0, 99), st.integers(1, 254), window, st.tuples(*[st.floats(0, 1)] * 3))
-@example(0, 32, (-8, -8, 40, 40), (0.0, 0.0, 1.0))
-def test_count_bins_ignores_masked_and_outside_pixels(seed, n_bins, window, limits):
-    image = picture(seed)
-    left, top, width, height = window
-    expected = np.zeros(n_bins + 1, int)
-    for (row, column), bin_number in np.ndenumerate(slow_bins(image, n_bins, *limits)):
-        if left <= column < left + width and top <= row < top + height:
-            expected[bin_number] += 1
-    expected[n_bins] = 0  # masked pixels
-    np.testing.assert_array_equal(count_bins(hues_of(image, n_bins, *limits), *window), expected)
 
 
 def hues_of(image, n_bins=32, *limits) -> HueBins:
@@ -169,16 +155,6 @@ def test_camshift_centre_is_the_back_projection_centroid():
     assert estimate.details["iterations"] == 1
     assert estimate.details["mean_back_projection"] == pytest.approx(1.5 / 36, abs=1e-9)
     assert estimate.confidence == estimate.details["mean_back_projection"]
-
-
-@pytest.mark.parametrize(("stop_distance", "iterations"), [(0.0, 3), (1.0, 1), (99.0, 1)])
-def test_camshift_takes_steps_below_the_stop_distance(stop_distance, iterations):
-    images = [scene((60, 60))[0], scene((60.5 + 0.25, 60))[0]]
-    (estimate,) = track(
-        "camshift", images, [48, 42, 24, 36], stop_distance=stop_distance, max_iterations=3
-    )
-    assert estimate.details["iterations"] == iterations
-    assert estimate.box[0] > 48
 
 
 def test_adaptive_window_follows_bradskis_rule():

@@ -103,12 +103,6 @@ def test_unknown_tracker_error_suggests_the_closest(wrong, closest):
     assert str(caught.value) == f"unknown tracker {wrong!r}. Did you mean {closest!r}?"
 
 
-@pytest.mark.parametrize("name", ["", "base", "__init__", "--init--", "base/catalogue", "../x"])
-def test_names_of_other_files_are_unknown_trackers(name):
-    with pytest.raises(TrackerError, match="unknown tracker"):
-        trackers.create(name)
-
-
 @pytest.mark.parametrize(
     ("name", "options", "message"),
     [

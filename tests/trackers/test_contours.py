@@ -16,7 +16,6 @@ from trackmark.trackers.contours.outline import (
     contour_scores,
     crosses_itself,
     enclosed_area,
-    equally_spaced,
     fill_contour,
     inscribed_ellipse,
     outline,
@@ -65,26 +64,6 @@ def test_outline_is_clockwise_and_equally_spaced():
 def test_outline_of_an_empty_mask_is_rejected():
     with pytest.raises(ValueError, match="no pixel"):
         outline(np.zeros((5, 5), bool))
-
-
-def test_equally_spaced_points_divide_the_perimeter():
-    square = np.array([[0.0, 0], [4, 0], [4, 4], [0, 4]])
-    corners_and_middles = [0, 0, 2, 0, 4, 0, 4, 2, 4, 4, 2, 4, 0, 4, 0, 2]
-    assert equally_spaced(square, 8).ravel().tolist() == corners_and_middles
-    random = np.random.default_rng(0).normal(size=(30, 2)).cumsum(axis=0)
-    ring = LinearRing(random)
-    expected = [ring.interpolate(i / 17, normalized=True).coords[0] for i in range(17)]
-    np.testing.assert_allclose(equally_spaced(random, 17), expected)
-
-
-@pytest.mark.parametrize("box", [[4.0, 3.0, 11.0, 7.0], [-3.5, 2.25, 20.0, 9.5]])
-def test_inscribed_ellipse_contains_pixel_centres(box):
-    mask = inscribed_ellipse(np.array(box), 15, 20)
-    x, y, width, height = box
-    for row, column in np.ndindex(mask.shape):
-        across = (column + 0.5 - x - width / 2) / (width / 2)
-        down = (row + 0.5 - y - height / 2) / (height / 2)
-        assert mask[row, column] == (across**2 + down**2 <= 1)
 
 
 @given(st.integers(0, 10_000), st.integers(3, 12))
@@ -265,17 +244,6 @@ def test_edge_map_is_the_product_of_smoothed_gradients(supported):
     actual = edge_map(image, posterior if supported else None)
     np.testing.assert_allclose(actual, expected / expected.max(), atol=2e-3)
     assert actual.max() == 1
-
-
-def test_refinement_moves_a_contour_to_the_nearby_edge():
-    mask, image = noisy_ellipse()
-    around = outline(mask)
-    start = around.mean(axis=0) + 1.08 * (around - around.mean(axis=0)) + [2.0, -1.0]
-    actual, accepted = refine_by_snake(start, image, mask.astype(np.float32))
-    assert accepted
-    before, after = (fill_contour(contour, 180, 200) for contour in (start, actual))
-    assert (after & mask).sum() / (after | mask).sum() > 0.965
-    assert (before & mask).sum() / (before | mask).sum() < 0.87
 
 
 def test_collapsed_or_crossing_snake_is_rejected():

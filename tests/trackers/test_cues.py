@@ -2,16 +2,12 @@
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.spatial.transform import Rotation
 
 from trackmark.trackers.contours.chain import (
     Chain,
-    Hypotheses,
     Weighed,
     complete_combinations,
-    normalise_weights,
 )
 from trackmark.trackers.contours.contour_cue import ContourDynamics, KalmanContourCue
 from trackmark.trackers.contours.observation import colour_cells
@@ -54,47 +50,6 @@ def test_complete_density_has_exact_probabilities():
     np.testing.assert_allclose(measured, exact / exact.sum(), atol=0.006)
 
 
-def test_unattached_hypothesis_keeps_a_small_weight():
-    first, second = TableCue([0, 1], [1.0, 0.0]), TableCue([0, 1, 1], [[1.0, 1.0], [1.0, 1.0]])
-    Chain([first, second], feedback="joint").step(None, np.random.default_rng(0))
-    _, weights = first.received
-    assert 0 < weights[1] < 1e-11
-    assert weights.sum() == pytest.approx(1.0)
-
-
-def test_combinations_of_unattached_hypotheses_are_rejected():
-    alone = Hypotheses(np.arange(3), np.full(3, 1 / 3))
-    with pytest.raises(ValueError, match="not attached to hypotheses"):
-        complete_combinations([alone, alone])
-
-
-@pytest.mark.parametrize("options", [{"association": "best"}, {"feedback": "both"}])
-def test_unknown_chain_option_is_rejected(options):
-    with pytest.raises(ValueError, match="is none of"):
-        Chain([], **options)
-
-
-@pytest.mark.parametrize("weights", [[0.2, -0.5, 0.3], [0.2, 0.5]])
-def test_invalid_cue_weights_are_rejected(weights):
-    wrong = TableCue([0, 1, 2], [0.2, 0.5, 0.3])
-    wrong.weigh = lambda *arguments: Weighed(np.array(weights))
-    with pytest.raises(ValueError, match="TableCue returned weights of shape"):
-        Chain([wrong]).step(None, np.random.default_rng(0))
-
-
-@given(st.lists(st.floats(0, 1e300), min_size=1, max_size=8))
-def test_normalised_weights_sum_to_one_and_keep_their_order(values):
-    weights = normalise_weights(np.array(values))
-    assert weights.sum() == pytest.approx(1.0)
-    assert (np.diff(weights[np.argsort(values)]) >= 0).all()
-
-
-@pytest.mark.parametrize("values", [[0.0, 0.0], [np.nan, 1.0], [np.inf, 1.0]])
-def test_invalid_or_zero_weights_become_equal(values):
-    np.testing.assert_array_equal(normalise_weights(np.array(values)), [0.5, 0.5])
-
-
-BASIS = np.linalg.qr(np.array([[1.0, 0.2], [0.1, 1.0], [-0.5, 0.3]]))[0]
 SQUARE = np.array([[20.0, 10.0], [50.0, 10.0], [50.0, 40.0], [20.0, 40.0]])
 
 
@@ -180,13 +135,6 @@ def test_discriminant_axes_equal_the_slow_definition(k, exponent):
     basis = discriminant_basis(target, background, k, exponent)
     np.testing.assert_allclose(np.abs(basis.T @ np.stack([first, second]).T), np.eye(2), atol=1e-9)
     assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
-
-
-def test_discriminant_axis_connects_uniform_classes():
-    flat = discriminant_basis(np.full((9, 3), 0.2), np.tile([0.2, 0.2, 0.5], (9, 1)))
-    np.testing.assert_allclose(flat[:, 0], [0, 0, -1], atol=1e-9)
-    same = discriminant_basis(np.full((9, 3), 0.2), np.full((9, 3), 0.2))
-    np.testing.assert_allclose(same.T @ same, np.eye(2), atol=1e-12)
 
 
 def test_class_of_too_few_colours_is_rejected():

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from tests.trackers.references.ellipses import histogram_of, pixels_of
+from tests.trackers.references.ellipses import pixels_of
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms import counting
 from trackmark.trackers.histograms.bins import N_BINS, LuvBins
@@ -18,7 +18,6 @@ from trackmark.trackers.histograms.ellipses import (
     ellipse_counts,
 )
 from trackmark.trackers.histograms.rectangles import (
-    bhattacharyya_distances,
     direct_counts,
     integral_counts,
     integral_histogram,
@@ -165,16 +164,6 @@ def test_state_of_nan_has_no_pixels():
 histogram = st.lists(st.integers(0, 5000), min_size=6, max_size=6).filter(any)
 
 
-def test_bhattacharyya_distance_of_an_empty_histogram_is_1():
-    nothing = np.zeros((1, 3), np.int32), np.zeros(1, int)
-    assert bhattacharyya_distances(*nothing, np.ones(3, np.int32), 3).tolist() == [1.0]
-
-
-def distance(p, q):
-    counts, totals = np.array([p], np.int32), np.array([sum(p)])
-    return bhattacharyya_distances(counts, totals, np.array(q, np.int32), sum(q))[0]
-
-
 N_ROWS, N_COLUMNS = 25, 33
 ALL_BINS = np.arange(BINS)
 
@@ -202,22 +191,6 @@ def test_ellipse_counts_are_sums_of_integer_weights(seed, ellipses, kernel, tran
         assert actual.pixels[i] == len(inside)
         assert actual.totals[i] == actual.counts[i].sum()
     assert (actual.counts >= 0).all()
-
-
-@pytest.mark.parametrize("kernel", KERNELS)
-def test_coefficients_of_ellipses_are_close_to_exact_ones(kernel):
-    rng = np.random.default_rng(3)
-    ellipses = np.column_stack(
-        [rng.uniform(-2, N_COLUMNS, 20), rng.uniform(0, N_ROWS, 20), rng.uniform(3, 14, (20, 2))]
-    )
-    actual = ellipse_counts(ellipse_codes(8), (0, 0), False, ellipses, kernel, ALL_BINS, BINS)
-    model = rng.dirichlet(np.ones(BINS))
-    expected = [
-        np.sqrt(histogram_of(ellipse_codes(8), BINS, ellipse, kernel, whole=False) * model).sum()
-        for ellipse in ellipses
-    ]
-    ours = bhattacharyya_coefficients(actual.counts, actual.totals, model[np.newaxis])
-    np.testing.assert_allclose(ours, expected, atol=1e-5)
 
 
 def test_ellipse_totals_include_bins_without_counts():

@@ -134,12 +134,6 @@ def test_background_excludes_surroundings_of_the_target():
     assert len(background.positions) == (near.max(axis=1) >= 2).sum() < len(whole.positions)
 
 
-def test_background_threshold_is_0_without_background():
-    large = np.array([60.0, 41.0])
-    background = Background(SharedFrame(picture()), large, 3.0, JointBins(), "isotropic")
-    assert background.threshold(np.full(512, 1 / 512)) == 0.0
-
-
 def location_memory(**changes):
     return LocationMemory(np.array([10.0, 20.0]), (640, 480), **changes)
 
@@ -324,18 +318,6 @@ def fading(share):
     return with_target(40, colour=np.where(speckled[..., None], BLUE, RED))
 
 
-def test_only_certain_positions_are_stored():
-    tracker = trackers.create("nummiaro2003", sigma=0.1, model_update=False, reinitialise=False)
-    tracker.watch(with_target(120, y=10, size=(30, 40)))  # similar background
-    tracker.init(with_target(40), box_at(40))
-    noted = []
-    tracker._locations.record_certain = lambda frame, centre: noted.append(frame)
-    actual = follow(tracker, [fading(share) for share in np.linspace(0, 1, 20)])
-    sure = [e.details["coefficient"] > (1 + e.details["appearance_threshold"]) / 2 for e in actual]
-    assert noted == [frame for frame, seen in enumerate(sure, 1) if seen]
-    assert 0 < len(noted) < 20
-
-
 def test_model_adapts_to_gradual_change_only():
     updated = started(sigma=0.1, alpha=0.3, update_reading="coefficient")
     fixed = started(sigma=0.1, model_update=False)
@@ -445,12 +427,6 @@ def test_detection_mostly_outside_is_ignored():
     assert not tracker.update(ground(1)).visible
     tracker.init_by_detector(with_target(60), lambda image: np.array([outside, inside]))
     assert np.abs(centre(tracker.update(with_target(61))) - [70, 64]).max() < 10
-
-
-def test_first_model_counts_after_model_updates():
-    tracker = started(alpha=1.0, appearance="first", update_reading="always", reinitialise=False)
-    follow(tracker, [with_target(40, colour=BLUE)] * 2)
-    assert tracker.update(with_target(40)).details["positive_appearances"] > 50
 
 
 @pytest.mark.parametrize("update", [True, False])

@@ -158,21 +158,6 @@ def test_missing_box_keeps_the_last_box_and_is_not_visible(answer):
     assert [estimate.box.tolist() for estimate in estimates] == [[1, 2, 5, 6]] * 2
 
 
-def test_static_methods_are_methods_of_a_tracker():
-    class Static:
-        @staticmethod
-        def init(image, box): ...
-
-        @staticmethod
-        def update(image):
-            return BOX
-
-    plugin = to_plugin(Static)
-    tracker = plugin(plugin.Parameters(), np.random.SeedSequence(0))
-    tracker.init(IMAGE, np.array(BOX))
-    assert tracker.update(IMAGE).box.tolist() == BOX
-
-
 @pytest.mark.parametrize(
     ("images", "pixel"), [("bgr", [10, 20, 30]), ("rgb", [30, 20, 10]), ("grey", 22)]
 )

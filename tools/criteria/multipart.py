@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tools.criteria.shared import SceneImages, box_mask, longest_stretch
-from trackmark.bench.papers.multipart.first_frame import half_counts, right_choice_rate
+from trackmark.bench.papers.multipart.scenes import half_counts, right_choice_rate
 from trackmark.datasets.interface import Sequence
 from trackmark.trackers.base.interface import Image
 from trackmark.trackers.histograms.bins import LuvBins

@@ -26,8 +26,6 @@ from trackmark.trackers.base.parameters import (
 
 FOLDER = Path(__file__).parents[1]
 ENTRY_POINTS = "trackmark.trackers"
-DEFAULT_PRESET = "recommended"
-"""Default preset of trackers without a class attribute `default_preset`."""
 
 
 class NamedSequence(Protocol):
@@ -200,9 +198,9 @@ def resolve_plugin(
         images = parameters.pop("images", adapted.images)
         if images != adapted.images:
             plugin, options = adapted.with_images(images, label), {"images": images}
-    default = default_preset(plugin)
+    default = plugin.default_preset
     preset = str(parameters.pop("preset", default))
-    presets = {DEFAULT_PRESET: {}, **plugin.presets}
+    presets = {TrackerPlugin.default_preset: {}, **plugin.presets}
     if preset not in presets:
         raise unknown_name_error(f"preset of {label}", preset, presets)
     values = presets[preset]
@@ -261,7 +259,7 @@ def describe_plugin(
         "paper": plugin.paper,
         "randomness": str(plugin.randomness),
         "presets": presets,
-        "default_preset": default_preset(plugin),
+        "default_preset": plugin.default_preset,
         "parameters": [
             {
                 "name": key,
@@ -269,13 +267,13 @@ def describe_plugin(
                 "default": values[key],
                 "meaning": field.description or "",
                 "as_written": presets.get("as-written", {}).get(key, values[key]),
-                "origin": str(origins.get(key, "")),
+                "origin": origins.get(key, ""),
             }
             for key, field in fields.items()
         ],
         "choices": [
             {"name": key, "value": value, "reason": reason}
-            for key, (value, reason) in getattr(plugin, "choices", {}).items()
+            for key, (value, reason) in plugin.choices.items()
         ],
     }
 
@@ -285,9 +283,9 @@ def _differences_from_default(plugin: type[TrackerPlugin]) -> dict[str, dict[str
     declared = {key: field.default for key, field in plugin.Parameters.model_fields.items()}
     presets = {
         preset: {**declared, **values}
-        for preset, values in {DEFAULT_PRESET: {}, **plugin.presets}.items()
+        for preset, values in {TrackerPlugin.default_preset: {}, **plugin.presets}.items()
     }
-    default = presets.get(default_preset(plugin), declared)
+    default = presets.get(plugin.default_preset, declared)
     return {
         preset: {key: value for key, value in values.items() if value != default[key]}
         for preset, values in presets.items()
@@ -298,8 +296,8 @@ def summary(name: str) -> str:
     """Return the first line of a tracker file's docstring, without importing the file."""
     file = FOLDER / f"{name.replace('-', '_')}.py"
     if not file.is_file():
-        entries = metadata.entry_points(group=ENTRY_POINTS, name=name)
-        return "; ".join(f"third party: {entry.value}" for entry in entries)
+        entry_points = metadata.entry_points(group=ENTRY_POINTS, name=name)
+        return "; ".join(f"third party: {entry.value}" for entry in entry_points)
     return (ast.get_docstring(ast.parse(file.read_bytes())) or "").partition("\n")[0]
 
 
@@ -312,11 +310,6 @@ def in_file(name: str) -> tuple[Path, str] | None:
 def is_outside(name: str) -> bool:
     """Return whether a tracker is not part of this package; importing it may run any code."""
     return in_file(name) is not None or bool(metadata.entry_points(group=ENTRY_POINTS, name=name))
-
-
-def default_preset(plugin: type[TrackerPlugin]) -> str:
-    """Return the preset that a tracker uses if none is requested."""
-    return str(getattr(plugin, "default_preset", DEFAULT_PRESET))
 
 
 def tracker_name(plugin: type[TrackerPlugin], file: Path, requested_name: str) -> str:
@@ -358,27 +351,27 @@ def _type_text(annotation: Any) -> str:
 
 def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
     """Return class and file of a tracker; a file is imported again after each edit."""
-    place = in_file(name)
-    if place is None or not place[0].is_file():
+    file_and_class = in_file(name)
+    if file_and_class is None or not file_and_class[0].is_file():
         return _import(name, "", b"")
-    return _import(name, str(place[0].absolute()), place[0].read_bytes())
+    return _import(name, str(file_and_class[0].absolute()), file_and_class[0].read_bytes())
 
 
 @cache
 def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], Path]:
     """Return class and file of a tracker; see `_load`. `path` and `content`: keys of the cache."""
     try:
-        place = in_file(name)
-        if place is not None:
+        file_and_class = in_file(name)
+        if file_and_class is not None:
             # Trackers of the package do not need the modules that adapt and check other classes.
             from trackmark.trackers.base.tracker_files import load_file
 
-            return load_file(*place)
+            return load_file(*file_and_class)
         file = FOLDER / f"{name.replace('-', '_')}.py"
-        entries = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
+        entry_points = tuple(metadata.entry_points(group=ENTRY_POINTS, name=name))
         in_package = name == _file_to_name(file) and file.is_file() and file.stem != "__init__"
-        if in_package + len(entries) > 1:
-            owners = ["trackmark"] * in_package + [entry.value for entry in entries]
+        if in_package + len(entry_points) > 1:
+            owners = ["trackmark"] * in_package + [entry.value for entry in entry_points]
             raise TrackerError(
                 f"tracker {name!r} is defined by several packages: {', '.join(owners)}. Uninstall "
                 "all but one."
@@ -387,10 +380,10 @@ def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], 
             module = importlib.import_module(f"trackmark.trackers.{file.stem}")
             (exported,) = module.__all__
             return getattr(module, exported), file
-        if entries:
+        if entry_points:
             from trackmark.trackers.base.tracker_files import validate_plugin
 
-            plugin = validate_plugin(entries[0].load(), name)
+            plugin = validate_plugin(entry_points[0].load(), name)
             file = Path(str(sys.modules[plugin.__module__].__file__))
             return plugin, file
     except ImportError as error:

@@ -25,10 +25,10 @@ class MalformedEstimateError(ValueError):
     """Invalid return value of a tracker."""
 
 
-def read_estimate(answer: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
+def read_estimate(returned: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
     """Return the fields of the estimate that `update` returned, in plain types.
 
-    `answer` is four numbers, `(box, confidence)`, or a mapping or an object with `box` and other
+    `returned` is four numbers, `(box, confidence)`, or a mapping or an object with `box` and other
     fields of an estimate, which can be None if they are unknown. `shape` is that of the image.
 
     The result has all of `FIELDS`. Its `box` has four finite floats, of which width and height are
@@ -37,11 +37,11 @@ def read_estimate(answer: Any, shape: Tuple[int, ...]) -> Dict[str, Any]:
 
     Raises `MalformedEstimateError` for any other value.
     """
-    if type(answer) is np.ndarray or (type(answer) in (list, tuple) and len(answer) == 4):
-        box = read_box(answer, no_target=True)  # the usual form, without the time of the others
+    if type(returned) is np.ndarray or (type(returned) in (list, tuple) and len(returned) == 4):
+        box = read_box(returned, no_target=True)  # the usual form, without the time of the others
         is_seen = box is not None
         return {"box": box, "visible": is_seen, "confidence": math.nan, "mask": None, "details": {}}
-    fields = {name: value for name, value in _fields(answer).items() if value is not None}
+    fields = {name: value for name, value in _fields(returned).items() if value is not None}
     box = read_box(fields["box"], no_target=True) if "box" in fields else None
     mask = fields.get("mask")
     return {
@@ -102,27 +102,27 @@ def value_text(value: Any) -> str:
     return text if len(text) <= _MAX_TEXT else text[: _MAX_TEXT - 3] + "..."
 
 
-def _fields(answer: Any) -> Dict[str, Any]:
+def _fields(returned: Any) -> Dict[str, Any]:
     """Return the fields of an estimate in one of the forms of `read_estimate`, without a check."""
-    if type(answer) not in (tuple, list):
-        if isinstance(answer, Mapping):
-            return _mapping_fields(dict(answer))
-        named = _attributes(answer)
+    if type(returned) not in (tuple, list):
+        if isinstance(returned, Mapping):
+            return _mapping_fields(dict(returned))
+        named = _attributes(returned)
         if "box" in named:
             return named
-    if not (isinstance(answer, (tuple, list)) and len(answer) == 2):
-        return {"box": answer}
-    first, second = answer
+    if not (isinstance(returned, (tuple, list)) and len(returned) == 2):
+        return {"box": returned}
+    first, second = returned
     is_array = type(first) is np.ndarray and first.ndim > 0  # neither a truth value nor a number
     if not is_array and _is_truth(first):
         raise MalformedEstimateError(
-            f"update returned {value_text(answer)}. This looks like (ok, box), as OpenCV's "
+            f"update returned {value_text(returned)}. This looks like (ok, box), as OpenCV's "
             "trackers return it. Return the box, or (box, confidence); return None if the target "
             "is lost"
         )
     if not is_array and _number(first) is not None:
         raise MalformedEstimateError(
-            f"update returned {value_text(answer)}. Expected: (box, confidence), in this order"
+            f"update returned {value_text(returned)}. Expected: (box, confidence), in this order"
         )
     return {"box": first, "confidence": second}
 
@@ -140,13 +140,13 @@ def _mapping_fields(fields: Dict[Any, Any]) -> Dict[str, Any]:
     return fields
 
 
-def _attributes(answer: Any) -> Dict[str, Any]:
+def _attributes(returned: Any) -> Dict[str, Any]:
     """Return the fields of an estimate that are attributes of an object."""
     try:
-        return {name: getattr(answer, name) for name in FIELDS if hasattr(answer, name)}
+        return {name: getattr(returned, name) for name in FIELDS if hasattr(returned, name)}
     except Exception as error:  # code of the tracker, such as `__getattr__`
         raise MalformedEstimateError(
-            f"update returned an object of type {type(answer).__name__}, whose attributes raise "
+            f"update returned an object of type {type(returned).__name__}, whose attributes raise "
             f"{value_text(error)}"
         ) from None
 

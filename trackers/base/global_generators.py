@@ -91,8 +91,8 @@ class _Python:
         elif random.getrandbits(32) != self._first:
             self.drawn = True
             # The generator is a buffer of words: put the drawn word back.
-            version, words, gauss = random.getstate()
-            self._state = version, words[:-1] + (words[-1] - 1,), gauss
+            version, state_words, gauss = random.getstate()
+            self._state = version, state_words[:-1] + (state_words[-1] - 1,), gauss
 
 
 class _NumPy:
@@ -123,8 +123,8 @@ class _NumPy:
             if _bit_generator() is self._bits:
                 if _numpy_word() == self._first:
                     return
-                name, words, position, has_gauss, gauss = _numpy_state()
-                np.random.set_state((name, words, position - 1, has_gauss, gauss))
+                name, key, position, has_gauss, gauss = _numpy_state()
+                np.random.set_state((name, key, position - 1, has_gauss, gauss))
             self.drawn = True
         self._bits, self._state = _bit_generator(), _numpy_state()
 
@@ -302,9 +302,9 @@ def _torch_states(torch: Any) -> Any:
     return torch.get_rng_state(), list(cuda.get_rng_state_all()) if in_use else []
 
 
-def _equal(states: Any, others: Any) -> bool:
+def _equal(states: Any, other_states: Any) -> bool:
     """Return whether states of PyTorch are equal; devices that were not in use before count."""
-    (processor, devices), (other, other_devices) = states, others
+    (processor, devices), (other, other_devices) = states, other_states
     pairs = [(processor, other)] + list(zip(devices, other_devices))
     return len(devices) == len(other_devices) and all(map(_same, *zip(*pairs)))
 

@@ -25,15 +25,15 @@ Mask: TypeAlias = NDArray[np.bool_]
 def check_box(box: Box) -> Box:
     """Return a box as float64 (4,); raise TrackerError unless it is finite with a positive size."""
     try:
-        numbers = np.asarray(box, np.float64)
+        values = np.asarray(box, np.float64)
     except (TypeError, ValueError):  # text, or rows of unequal lengths
-        numbers = np.empty(0)
-    if numbers.shape != (4,) or not np.isfinite(numbers).all() or not (numbers[2:] > 0).all():
+        values = np.empty(0)
+    if values.shape != (4,) or not np.isfinite(values).all() or not (values[2:] > 0).all():
         raise TrackerError(
             f"{' '.join(str(box).split())[:80]} is not a valid box. Expected: four finite numbers "
             "[x, y, width, height], with width and height above 0."
         )
-    return numbers
+    return values
 
 
 @dataclass(frozen=True, slots=True)
@@ -114,7 +114,7 @@ class WeightMapTracker(Protocol):
 
 
 class Randomness(StrEnum):
-    """Source of a tracker's random numbers."""
+    """Source of a tracker's random values."""
 
     NONE = "none"
     """No random numbers: one run per sequence suffices."""
@@ -139,12 +139,13 @@ class TrackerPlugin(ABC):
     paper : str
         Citation of the method.
     randomness : Randomness
-        Source of random numbers. Trackers with `NONE` run once per sequence, others once per
+        Source of random values. Trackers with `NONE` run once per sequence, others once per
         repetition.
     presets : mapping of str to mapping
         Parameter values by preset name. A tracker that does not define `recommended` gets it
-        without values. It is the default, unless the class attribute `default_preset` names another
-        preset.
+        without values.
+    default_preset : str
+        Preset that is used if none is requested.
     choices : mapping of str to (value, reason)
         Constants that decide results but are no parameters, by their meaning. The value refers to
         the constant of the code.
@@ -156,13 +157,14 @@ class TrackerPlugin(ABC):
     parameters : Parameters
         Instance of the class attribute `Parameters`.
     seed : numpy.random.SeedSequence
-        Only source of the tracker's random numbers.
+        Only source of the tracker's random values.
     """
 
     name: ClassVar[str] = ""
     paper: ClassVar[str] = ""
     randomness: ClassVar[Randomness] = Randomness.NONE
     presets: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
+    default_preset: ClassVar[str] = "recommended"
     choices: ClassVar[Mapping[str, tuple[Any, str]]] = {}
     Parameters: ClassVar[type[Parameters]] = Parameters
 

@@ -9,7 +9,7 @@ from typing import Any, ClassVar, Self
 
 import cv2
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, model_validator
+from pydantic import BaseModel, ConfigDict, model_validator
 
 from trackmark.trackers.base.interface import (
     Box,
@@ -177,11 +177,6 @@ class ModelFile(BaseModel):
 
     def __str__(self) -> str:
         return self.file
-
-
-def model_file(meaning: str) -> Any:
-    """Return a field for a required model file; `meaning` states where to get the file."""
-    return Field(description=meaning)
 
 
 class ModelFileParameters(Parameters):

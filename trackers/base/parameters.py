@@ -1,9 +1,8 @@
 """Parameters of trackers: declaration, validation and error messages."""
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from difflib import get_close_matches
-from typing import Any, Literal, Self
+from typing import Any, Self
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
@@ -32,38 +31,20 @@ def unknown_name_error(kind: str, name: str, valid_names: Iterable[str]) -> Trac
     return TrackerError(f"unknown {kind} {name!r}. {hint}")
 
 
-@dataclass(frozen=True)
-class Origin:
-    """Source of the value that a parameter has in the preset `as-written`.
-
-    Attributes
-    ----------
-    kind : str
-        `printed`: the paper prints the value. `chosen`: the method needs a value that the paper
-        does not print. `option`: no part of the method, only for experiments. `harness`: set by
-        the benchmark, such as the treatment of a lost target.
-    text : str
-        Place in the paper, or the reason of a choice; empty for an option and the harness.
-    """
-
-    kind: Literal["printed", "chosen", "option", "harness"]
-    text: str = ""
-
-    def __str__(self) -> str:
-        return f"{self.kind}: {self.text}" if self.text else self.kind
+OPTION = "option"
+"""Origin of a parameter that is no part of the method, only for experiments."""
+HARNESS = "harness"
+"""Origin of a parameter that the benchmark needs, such as the treatment of a lost target."""
 
 
-OPTION, HARNESS = Origin("option"), Origin("harness")
+def printed(passage: str) -> str:
+    """Return the origin of a value that the paper prints in a passage, such as `eq. 10`."""
+    return f"printed: {passage}"
 
 
-def printed(place: str) -> Origin:
-    """Return the origin of a value that the paper prints at a place, such as `eq. 10`."""
-    return Origin("printed", place)
-
-
-def chosen(reason: str) -> Origin:
+def chosen(reason: str) -> str:  # name: the origin as users see it
     """Return the origin of a value that the paper does not print, with the reason of the choice."""
-    return Origin("chosen", reason)
+    return f"chosen: {reason}"
 
 
 class Parameters(BaseModel):
@@ -77,15 +58,14 @@ class Parameters(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid", allow_inf_nan=False)
 
     @classmethod
-    def origins(cls) -> dict[str, Origin]:
-        """Return the origins by parameter, without parameters that declare none."""
-        origins: dict[str, Origin] = {}
-        for name, field in cls.model_fields.items():
-            extra = field.json_schema_extra
-            origin = extra.get("origin") if isinstance(extra, dict) else None
-            if isinstance(origin, Origin):
-                origins[name] = origin
-        return origins
+    def origins(cls) -> dict[str, str]:
+        """Return the sources of the values in `as-written`, by parameter that declares one."""
+        declared = {name: field.json_schema_extra for name, field in cls.model_fields.items()}
+        return {
+            name: str(extra["origin"])
+            for name, extra in declared.items()
+            if isinstance(extra, dict)
+        }
 
     @classmethod
     def checked(cls, owner: str, values: Mapping[str, Any]) -> Self:
@@ -110,28 +90,28 @@ class Parameters(BaseModel):
 # brackets at the end of the meaning.
 
 
-def bounded(default: Any, meaning: str, *, origin: Origin | None = None, **bounds: Any) -> Any:
+def bounded(default: Any, meaning: str, *, origin: str = "", **bounds: Any) -> Any:
     """Return the field of a parameter with bounds of pydantic's `Field`, such as `ge=0, lt=1`."""
     extra: Any = {"origin": origin} if origin else None
     return Field(default, description=meaning, json_schema_extra=extra, **bounds)
 
 
-def choice(default: Any, meaning: str, *, origin: Origin | None = None) -> Any:
+def choice(default: Any, meaning: str, *, origin: str = "") -> Any:
     """Return the field of a parameter whose values are limited by its type only."""
     return bounded(default, meaning, origin=origin)
 
 
-def fraction(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
+def fraction(default: float, meaning: str, *, origin: str = "") -> Any:
     """Return the field of a number in [0, 1]."""
     return bounded(default, meaning, origin=origin, ge=0.0, le=1.0)
 
 
-def nonnegative(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
+def nonnegative(default: float, meaning: str, *, origin: str = "") -> Any:
     """Return the field of a number ≥ 0."""
     return bounded(default, meaning, origin=origin, ge=0.0)
 
 
-def positive(default: float, meaning: str, *, origin: Origin | None = None) -> Any:
+def positive(default: float, meaning: str, *, origin: str = "") -> Any:
     """Return the field of a number > 0."""
     return bounded(default, meaning, origin=origin, gt=0.0)
 
@@ -142,7 +122,7 @@ def integer(
     minimum: int = 1,
     maximum: int | None = None,
     *,
-    origin: Origin | None = None,
+    origin: str = "",
 ) -> Any:
     """Return the field of an integer in [minimum, maximum]."""
     return bounded(default, meaning, origin=origin, ge=minimum, le=maximum)

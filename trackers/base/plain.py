@@ -111,13 +111,13 @@ class PlainTracker(AdaptedTracker):
 
     def update(self, image: Image) -> Estimate:
         """See `Tracker.update`."""
-        answer = self.plain.update(self.convert(image))
+        returned = self.plain.update(self.convert(image))
         try:
-            estimate = self.estimate(read_estimate(answer, image.shape))
+            estimate = self.estimate(read_estimate(returned, image.shape))
         except MalformedEstimateError as error:
             raise TrackerError(f"{error}.") from None
-        if isinstance(answer, Estimate):
-            return replace(estimate, arrays=answer.arrays, revised=answer.revised)
+        if isinstance(returned, Estimate):
+            return replace(estimate, arrays=returned.arrays, revised=returned.revised)
         return estimate
 
 
@@ -160,22 +160,22 @@ def to_plugin(make: Callable[..., Any], name: str = "") -> type[PlainTracker]:
     )
 
 
-def read_answer(tracker: Any, answer: Any, shape: tuple[int, ...]) -> dict[str, Any]:
+def read_answer(tracker: Any, returned: Any, shape: tuple[int, ...]) -> dict[str, Any]:
     """Return the fields of the estimate that `update` of a tracker returned; see `read_estimate`.
 
-    `tracker` is a plugin, and `answer` is what `PlainTracker.plain` returned if it is a plain one.
-    Other plugins must return an `Estimate`, which has a box unless the target is not visible.
+    `tracker` is a plugin. If it is a `PlainTracker`, `returned` is what its `plain` returned. Other
+    plugins must return an `Estimate`, which has a box unless the target is not visible.
 
     Raises `MalformedEstimateError` for any other value.
     """
     if not isinstance(tracker, PlainTracker):
-        if not isinstance(answer, Estimate):
+        if not isinstance(returned, Estimate):
             raise MalformedEstimateError(
-                f"update returned {value_text(answer)}. Expected: an Estimate"
+                f"update returned {value_text(returned)}. Expected: an Estimate"
             )
-        if answer.box is None and answer.visible:
-            read_box(answer.box)  # raises the error
-    return read_estimate(answer, shape)
+        if returned.box is None and returned.visible:
+            read_box(returned.box)  # raises the error
+    return read_estimate(returned, shape)
 
 
 def create_plugin(

@@ -11,7 +11,6 @@ from pathlib import Path
 from types import CodeType
 from typing import Any
 
-from trackmark.trackers.base.catalogue import DEFAULT_PRESET, default_preset
 from trackmark.trackers.base.global_generators import GlobalGenerators, preserved_generators
 from trackmark.trackers.base.interface import Randomness, TrackerPlugin
 from trackmark.trackers.base.parameters import Parameters, TrackerError
@@ -111,7 +110,7 @@ def validate_plugin(plugin: Any, name: str) -> type[TrackerPlugin]:
         raise TrackerError(
             f"tracker {name!r}: `presets` must be a dict of parameter values by preset name."
         )
-    if default_preset(plugin) not in {DEFAULT_PRESET, *presets}:
+    if plugin.default_preset not in {TrackerPlugin.default_preset, *presets}:
         raise TrackerError(
             f"tracker {name!r}: `default_preset` must be the name of one of its presets."
         )

@@ -7,7 +7,7 @@ The joint density of all states is the product of each cue's density given the p
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any, Generic, Literal, NamedTuple, Protocol, TypeAlias, TypeVar, get_args
+from typing import Any, Literal, NamedTuple, Protocol, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,9 +20,6 @@ Association: TypeAlias = Literal["by-weight", "uniform"]
 Feedback: TypeAlias = Literal["marginal", "joint"]
 
 _NEVER_QUITE_ZERO = 1e-12  # relative weight of a hypothesis that is not attached to any other
-
-Observation = TypeVar("Observation", contravariant=True)
-Seen = TypeVar("Seen")
 
 
 class Weighed(NamedTuple):
@@ -45,7 +42,7 @@ class Hypotheses:
 Earlier: TypeAlias = Sequence[Hypotheses]
 
 
-class Cue(Protocol[Observation]):
+class Cue(Protocol):
     """Feature of the target: state density, dynamic model and observation model."""
 
     def sample(self, generator: np.random.Generator) -> NDArray[Any]:
@@ -56,7 +53,7 @@ class Cue(Protocol[Observation]):
         ...
 
     def weigh(
-        self, observation: Observation, states: NDArray[Any], attached: Attached, earlier: Earlier
+        self, observation: Any, states: NDArray[Any], attached: Attached, earlier: Earlier
     ) -> Weighed:
         """Weigh hypotheses by the frame and by attached hypotheses of earlier cues.
 
@@ -70,7 +67,7 @@ class Cue(Protocol[Observation]):
         ...
 
 
-class Chain(Generic[Seen]):
+class Chain:
     """Cues in the order of their dependence: each may depend on all previous ones.
 
     `cues` sequence of Cue: the cues, in order.
@@ -80,25 +77,19 @@ class Chain(Generic[Seen]):
       the cue's own weights (equation 4). `joint`: its weights in the complete density (equation 7),
       which later cues also affect. `joint` corrects the paper: if z₂ depends on x₁, p(x₁ | z₁, z₂)
       differs from p(x₁ | z₁).
-
-    Raises ValueError for other values of `association` or `feedback`. `step` raises it if a cue
-    returns negative weights, or weights of a wrong shape.
     """
 
     def __init__(
         self,
-        cues: Sequence[Cue[Seen]],
+        cues: Sequence[Cue],
         association: Association = "by-weight",
         feedback: Feedback = "marginal",
     ) -> None:
-        for value, choices in ((association, Association), (feedback, Feedback)):
-            if value not in get_args(choices):
-                raise ValueError(f"{value!r} is none of {', '.join(get_args(choices))}.")
         self.cues = tuple(cues)
         self.association = association
         self.feedback = feedback
 
-    def step(self, observation: Seen, generator: np.random.Generator) -> tuple[Hypotheses, ...]:
+    def step(self, observation: Any, generator: np.random.Generator) -> tuple[Hypotheses, ...]:
         """Process a frame; return the weighted hypotheses of each cue, in order."""
         all_hypotheses: list[Hypotheses] = []
         for cue in self.cues:
@@ -109,11 +100,6 @@ class Chain(Generic[Seen]):
                 else None
             )
             weighed = cue.weigh(observation, states, attached, all_hypotheses)
-            if weighed.weights.shape != (len(states),) or (weighed.weights < 0).any():
-                raise ValueError(
-                    f"{type(cue).__name__} returned weights of shape {weighed.weights.shape}, or "
-                    f"negative weights. Expected: {len(states)} weights ≥ 0, one per hypothesis."
-                )
             weights = normalise_weights(weighed.weights)
             all_hypotheses.append(Hypotheses(states, weights, attached, weighed.evidence))
         carried = (
@@ -141,10 +127,7 @@ def complete_combinations(hypotheses: Sequence[Hypotheses]) -> tuple[Indices, ..
     last = hypotheses[-1]
     combinations = [np.arange(len(last.weights), dtype=np.intp)]
     for later in reversed(hypotheses[1:]):
-        if later.attached is None:
-            raise ValueError(
-                "the hypotheses of a cue are not attached to hypotheses of the previous cue."
-            )
+        assert later.attached is not None
         combinations.append(later.attached[combinations[-1]])
     return tuple(reversed(combinations))
 

@@ -91,8 +91,7 @@ class MixtureEvaluator:
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`; the evidence of the previous cue is the frame's colours on planes."""
-        if attached is None:
-            raise ValueError("the colour cue needs a plane cue before it in the chain")
+        assert attached is not None, "a plane cue precedes the colour cue in the chain"
         tables, scores = posterior_tables(
             earlier[-1].evidence,
             attached,

@@ -86,8 +86,7 @@ class ContourCue(ParticleCue):
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`; uses posteriors of the previous cue. The score is the evidence."""
-        if attached is None:
-            raise ValueError("the contour cue needs a colour cue before it in the chain")
+        assert attached is not None, "a colour cue precedes the contour cue in the chain"
         cells = observation.cells
         height, width = cells.image.shape
         scores = contour_scores(

@@ -55,9 +55,9 @@ def fit_mixture(
     shares = np.equal(np.arange(components)[:, np.newaxis], nearest).astype(np.float64)
     spheres = np.tile(regularisation * np.eye(points.shape[1]), (components, 1, 1))
     mixture = Mixture(np.empty(components), centres, spheres)
-    axes, across = tuple(range(points.shape[1])), np.ascontiguousarray(points.T)
-    _maximise(across, axes, shares, mixture, regularisation)
-    _iterate(across, axes, mixture, iterations, regularisation)
+    across = np.ascontiguousarray(points.T)
+    _maximise(across, shares, mixture, regularisation)
+    _iterate(across, mixture, iterations, regularisation)
     return mixture
 
 
@@ -66,8 +66,7 @@ def refine_mixture(
 ) -> Mixture:
     """Refine a mixture by EM steps; a component without points keeps its mean and covariance."""
     after = Mixture(*(array.copy() for array in mixture))
-    axes = tuple(range(points.shape[1]))
-    _iterate(np.ascontiguousarray(points.T), axes, after, iterations, regularisation)
+    _iterate(np.ascontiguousarray(points.T), after, iterations, regularisation)
     return after
 
 
@@ -163,46 +162,55 @@ def _iterate_on_planes(
                 )
         weights, means, covariances = mixtures
         mixture = Mixture(weights[plane], means[plane], covariances[plane])
-        _iterate(across, (0, 1), mixture, iterations, regularisation)
+        _iterate(across, mixture, iterations, regularisation)
 
 
 @njit(cache=True)
-def _iterate(
-    points: Array, axes: tuple[int, ...], mixture: Mixture, iterations: int, regularisation: float
-) -> None:
-    """Apply EM steps in place to points (d, n); `axes` is a tuple of d items."""
+def _iterate(points: Array, mixture: Mixture, iterations: int, regularisation: float) -> None:
+    """Apply EM steps in place to points (d, n)."""
     responsibilities = np.empty((len(mixture.weights), points.shape[1]))
     for _ in range(iterations):
-        _expect(points, axes, mixture, responsibilities)
-        _maximise(points, axes, responsibilities, mixture, regularisation)
+        _expect(points, mixture, responsibilities)
+        _maximise(points, responsibilities, mixture, regularisation)
 
 
 @njit(cache=True)
-def _expect(
-    points: Array, axes: tuple[int, ...], mixture: Mixture, responsibilities: Array
-) -> None:
+def _whitening(covariance: Array) -> tuple[Array, float]:
+    """Return W with W' W = C⁻¹ and √|C|; a kernel of its own, because LAPACK compiles slowly."""
+    root = np.linalg.cholesky(covariance)
+    scale = 1.0
+    for axis in range(len(root)):
+        scale *= root[axis, axis]
+    return np.linalg.inv(root), scale
+
+
+@njit(cache=True)
+def _expect(points: Array, mixture: Mixture, responsibilities: Array) -> None:
     """Fill `responsibilities` (m, n): the share of each component in each point."""
     weights, means, covariances = mixture
-    d = len(axes)
-    n = points.shape[1]
-    largest = np.full(n, -np.inf)
+    d, n = points.shape
+    largest, total, whitened = np.empty(n), np.empty(n), np.empty(n)
+    for i in range(n):
+        largest[i], total[i] = -np.inf, 0.0
     for component in range(len(weights)):
-        root = np.linalg.cholesky(covariances[component])
-        inverse = np.linalg.inv(root)
-        scale = 1.0
-        for axis in range(d):
-            scale *= root[axis, axis]
+        inverse, scale = _whitening(covariances[component])
         row = responsibilities[component]
-        row[:] = np.log(weights[component] / scale)
+        logarithm = np.log(weights[component] / scale)
+        for i in range(n):
+            row[i] = logarithm
         for axis in range(d):
             for i in range(n):
-                whitened = 0.0
-                for other in range(axis + 1):
-                    whitened += inverse[axis, other] * (points[other, i] - means[component, other])
-                row[i] -= whitened * whitened / 2
+                whitened[i] = 0.0
+            for other in range(axis):
+                factor, mean = inverse[axis, other], means[component, other]
+                for i in range(n):  # the inner loop, so that the compiler can vectorise it
+                    whitened[i] += factor * (points[other, i] - mean)
+            factor, mean = inverse[axis, axis], means[component, axis]
+            for i in range(n):
+                distance = whitened[i] + factor * (points[axis, i] - mean)
+                row[i] -= distance * distance / 2
         for i in range(n):
             largest[i] = max(largest[i], row[i])
-    total = np.zeros(n)
     for component in range(len(weights)):
         row = responsibilities[component]
         for i in range(n):
@@ -216,19 +224,16 @@ def _expect(
 
 @njit(cache=True)
 def _maximise(
-    points: Array,
-    axes: tuple[int, ...],
-    responsibilities: Array,
-    mixture: Mixture,
-    regularisation: float,
+    points: Array, responsibilities: Array, mixture: Mixture, regularisation: float
 ) -> None:
     """Update components by their responsibilities; one without points keeps mean and covariance."""
     weights, means, covariances = mixture
-    d = len(axes)
-    n = points.shape[1]
+    d, n = points.shape
     for component in range(len(weights)):
         row = responsibilities[component]
-        mass = row.sum()
+        mass = 0.0
+        for i in range(n):
+            mass += row[i]
         weights[component] = mass / n
         if mass < MIN_MASS:
             continue

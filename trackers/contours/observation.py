@@ -26,11 +26,18 @@ class ColourCells(NamedTuple):
     sizes: Ints  # (K,): number of pixels of each cell, at least 1
 
 
-@njit(cache=True)
 def colour_cells(image: Image, levels: int = 20) -> ColourCells:
     """Return the colour cells of a BGR image; `levels`: cells per channel, 1 to 64."""
+    totals, cells = _cell_totals(image, levels)
+    sizes = totals[:, 3].copy()
+    return ColourCells(totals[:, :3] / (255.0 * sizes[:, np.newaxis]), cells, sizes)
+
+
+@njit(cache=True)
+def _cell_totals(image: Image, levels: int) -> tuple[Ints, Cells]:
+    """Return sums of red, green and blue, and the number of pixels, by cell, (K, 4); and cells."""
     rows, columns, _ = image.shape
-    totals = np.zeros((levels**3, 4), np.int64)  # sums of red, green and blue, and number of pixels
+    totals = np.zeros((levels**3, 4), np.int64)
     cells = np.empty((rows, columns), np.int32)
     for row in range(rows):
         for column in range(columns):
@@ -44,19 +51,18 @@ def colour_cells(image: Image, levels: int = 20) -> ColourCells:
             totals[cell, 1] += green
             totals[cell, 2] += blue
             totals[cell, 3] += 1
-    occupied = np.flatnonzero(totals[:, 3])
     index_of_cell = np.empty(len(totals), np.int32)
-    colours = np.empty((len(occupied), 3))
-    sizes = np.empty(len(occupied), np.int64)
-    for index, cell in enumerate(occupied):
-        index_of_cell[cell] = index
-        sizes[index] = totals[cell, 3]
-        for channel in range(3):
-            colours[index, channel] = totals[cell, channel] / (255.0 * sizes[index])
+    n_cells = 0
+    for index in range(len(totals)):
+        index_of_cell[index] = n_cells
+        if totals[index, 3] > 0:
+            for k in range(4):
+                totals[n_cells, k] = totals[index, k]
+            n_cells += 1
     for row in range(rows):
         for column in range(columns):
             cells[row, column] = index_of_cell[cells[row, column]]
-    return ColourCells(colours, cells, sizes)
+    return totals[:n_cells], cells
 
 
 def cells_inside(cells: ColourCells, x0: int, y0: int, x1: int, y1: int) -> Ints:

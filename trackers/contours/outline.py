@@ -54,17 +54,16 @@ def contour_scores(
 
 
 @njit(cache=True)
-def winding_numbers(contour: Array, height: int, width: int) -> Cells:
-    """Return the winding number of a contour (points, 2) around each pixel centre."""
+def _turns(contour: Array, window_left: int, window_top: int, height: int, width: int) -> Cells:
+    """Return turns (height + 1, width), of which the sums down a column are winding numbers."""
     turns = np.zeros((height + 1, width), np.int32)
     for i in range(len(contour)):
         left, low, right, high, sign = _left_to_right(contour, i)
-        start, stop = _columns(left, right, 0, width)
+        start, stop = _columns(left, right, window_left, width)
         for column in range(start, stop):
-            turns[_row(column + 0.5, left, low, right, high, 0, height), column] += sign
-    for row in range(1, height):
-        turns[row] += turns[row - 1]
-    return turns[:height]
+            centre = column + window_left + 0.5
+            turns[_row(centre, left, low, right, high, window_top, height), column] += sign
+    return turns
 
 
 @njit(cache=True)
@@ -125,8 +124,9 @@ def _left_to_right(contour: Array, i: int) -> tuple[float, float, float, float, 
 
     The left end comes first. The sign is -1 if the side goes to the right, otherwise 1.
     """
-    x, y = contour[i]
-    next_x, next_y = contour[i + 1 if i + 1 < len(contour) else 0]
+    following = i + 1 if i + 1 < len(contour) else 0
+    x, y = contour[i, 0], contour[i, 1]
+    next_x, next_y = contour[following, 0], contour[following, 1]
     if x <= next_x:
         return x, y, next_x, next_y, -1
     return next_x, next_y, x, y, 1
@@ -177,7 +177,8 @@ def outline(mask: Mask, points: int = 32) -> Array:
 
 def fill_contour(contour: Array, height: int, width: int) -> Mask:
     """Return the mask of a contour (points, 2), by the rule in the module docstring."""
-    inside: Mask = winding_numbers(contour, height, width) != 0
+    winding_numbers = np.cumsum(_turns(contour, 0, 0, height, width)[:height], axis=0)
+    inside: Mask = winding_numbers != 0
     return inside
 
 

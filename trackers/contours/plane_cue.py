@@ -141,10 +141,8 @@ class PlaneCue(ParticleCue):
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
     ) -> Weighed:
         """See `Cue.weigh`."""
-        if observation.inside is None or observation.outside is None:
-            raise ValueError(
-                "the plane cue needs an observation with colour samples; see `with_colour_sets`"
-            )
+        assert observation.inside is not None
+        assert observation.outside is not None
         bases = plane_basis(states, self.basis)
         colours: Array = observation.cells.colours @ bases
         inside, outside = (

@@ -303,7 +303,7 @@ class Segmenter(SharingTracker):
     }
 
     @abstractmethod
-    def chain_from(self, start: ChainStart) -> Chain[Observation]:
+    def chain_from(self, start: ChainStart) -> Chain:
         """Return the chain of plane, colour and contour cues in the first frame."""
 
     def contour_cue(

@@ -138,7 +138,7 @@ def _iterate(start: Array, force: Array, smoothing: Array, step: float, iteratio
             for j in range(n):
                 x += smoothing[i, j] * pulled[j, 0]
                 y += smoothing[i, j] * pulled[j, 1]
-            points[i] = x, y
+            points[i, 0], points[i, 1] = x, y
     return points
 
 

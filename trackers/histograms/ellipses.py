@@ -50,7 +50,7 @@ class MeanShiftResult(NamedTuple):
 
 
 class _EllipsePixels(NamedTuple):
-    """Buffers for an ellipse's pixels in each line of a window; see `_rasterise`."""
+    """Buffers for an ellipse's pixels in each line of a window; see `_count_pixels`."""
 
     across: Counts  # weight decrement by a pixel's position on its line
     down: Counts  # weight decrement by line
@@ -85,7 +85,14 @@ def ellipse_counts(
         ellipses, left, top = ellipses[:, [1, 0, 3, 2]], top, left
     pixel_slots = _slots_of_pixels(codes, slots)
     return EllipseCounts(
-        *_count_slots(pixel_slots, left, top, ellipses, KERNELS.index(kernel), len(bins))
+        *_count_slots(
+            pixel_slots,
+            left,
+            top,
+            np.ascontiguousarray(ellipses),
+            KERNELS.index(kernel),
+            len(bins),
+        )
     )
 
 
@@ -107,29 +114,25 @@ def _count_slots(
     counts = np.empty((n, n_asked), np.int64)
     totals, pixels = np.zeros(n, np.int64), np.zeros(n, np.int64)
     buffers, histograms = _buffers(pixel_slots), np.empty((4, n_asked + 1), np.int64)
-    across, down, starts, stops = buffers
-    rows = histograms[0], histograms[1], histograms[2], histograms[3]
     for i in range(n):
-        histograms[:] = 0
-        x, y, half_x, half_y = ellipses[i]
+        x, y, half_x, half_y = ellipses[i, 0], ellipses[i, 1], ellipses[i, 2], ellipses[i, 3]
         fall_x, fall_y = _FULL / (half_x * half_x), _FULL / (half_y * half_y)
         if kernel == _ISOTROPIC:
             fall_x = fall_y = _FULL / (half_x * half_x + half_y * half_y)
         elif kernel == _UNIFORM:
             fall_x = fall_y = 0.0
-        first, last, _ = _rasterise(x, y, half_x, half_y, fall_x, fall_y, left, top, buffers)
+        first, last, _ = _count_pixels(
+            pixel_slots, x, y, half_x, half_y, fall_x, fall_y, left, top, buffers, histograms
+        )
         for row in range(first, last):
-            start, stop = starts[row], stops[row]
-            pixels[i] += stop - start
-            _add_weights(pixel_slots[row], start, stop, _FULL - down[row], across, rows)
+            pixels[i] += buffers.stops[row] - buffers.starts[row]
         totals[i] = histograms.sum()
         for slot in range(n_asked):
-            slot_index = slot + 1
             counts[i, slot] = (
-                histograms[0, slot_index]
-                + histograms[1, slot_index]
-                + histograms[2, slot_index]
-                + histograms[3, slot_index]
+                histograms[0, slot + 1]
+                + histograms[1, slot + 1]
+                + histograms[2, slot + 1]
+                + histograms[3, slot + 1]
             )
     return counts, totals, pixels
 
@@ -146,7 +149,8 @@ def _buffers(codes: Codes) -> _EllipsePixels:
 
 
 @njit(cache=True)
-def _rasterise(
+def _count_pixels(
+    codes: Codes,
     x: float,
     y: float,
     half_x: float,
@@ -156,8 +160,13 @@ def _rasterise(
     left: int,
     top: int,
     pixels: _EllipsePixels,
+    histograms: Counts,
 ) -> tuple[int, int, int]:
-    """Fill `pixels` with an ellipse; return its first line, end line and first column."""
+    """Fill `pixels` with an ellipse, and four `histograms` with the weights of its pixels.
+
+    Pixels are added to the histograms in turn, so that an addition does not depend on the one
+    before. Returns the ellipse's first line, end line and first column.
+    """
     n_columns, n_rows = len(pixels.across), len(pixels.down)
     begin, end = _axis_range(x, half_x, left, n_columns)
     for column in range(begin, end):
@@ -170,6 +179,25 @@ def _rasterise(
         reach = half_x * np.sqrt(max(0.0, 1.0 - share * share))
         pixels.starts[row], pixels.stops[row] = _axis_range(x, reach, left, n_columns)
         pixels.down[row] = int(fall_y * distance * distance)
+    histograms[:] = 0
+    falls = pixels.across
+    histogram_0, histogram_1 = histograms[0], histograms[1]
+    histogram_2, histogram_3 = histograms[2], histograms[3]
+    for row in range(upper, lower):
+        line, start, stop = codes[row], pixels.starts[row], pixels.stops[row]
+        maximum = _FULL - pixels.down[row]
+        quads = start + (stop - start) // 4 * 4
+        # Unsigned indices avoid the check for negative ones.
+        for column in range(start, quads, 4):
+            i, j = np.uintp(column), np.uintp(column + 1)
+            k, m = np.uintp(column + 2), np.uintp(column + 3)
+            histogram_0[np.uintp(line[i])] += maximum - falls[i]
+            histogram_1[np.uintp(line[j])] += maximum - falls[j]
+            histogram_2[np.uintp(line[k])] += maximum - falls[k]
+            histogram_3[np.uintp(line[m])] += maximum - falls[m]
+        for column in range(quads, stop):
+            i = np.uintp(column)
+            histogram_0[np.uintp(line[i])] += maximum - falls[i]
     return upper, lower, begin
 
 
@@ -181,26 +209,6 @@ def _axis_range(centre: float, reach: float, origin: int, size: int) -> tuple[in
     if not first < last:  # NaN also ends here
         return 0, 0
     return int(first) - origin, int(last) - origin
-
-
-@njit(cache=True, inline="always")
-def _add_weights(
-    line: Codes, start: int, stop: int, maximum: int, falls: Counts, histograms: tuple[Counts, ...]
-) -> None:
-    """Add weights `maximum` - `falls` to four histograms in turn, to avoid dependent additions."""
-    histogram_0, histogram_1, histogram_2, histogram_3 = histograms
-    quads = start + (stop - start) // 4 * 4
-    # Unsigned indices avoid the check for negative ones.
-    for column in range(start, quads, 4):
-        i, j = np.uintp(column), np.uintp(column + 1)
-        k, m = np.uintp(column + 2), np.uintp(column + 3)
-        histogram_0[np.uintp(line[i])] += maximum - falls[i]
-        histogram_1[np.uintp(line[j])] += maximum - falls[j]
-        histogram_2[np.uintp(line[k])] += maximum - falls[k]
-        histogram_3[np.uintp(line[m])] += maximum - falls[m]
-    for column in range(quads, stop):
-        i = np.uintp(column)
-        histogram_0[np.uintp(line[i])] += maximum - falls[i]
 
 
 @njit(cache=True)
@@ -296,16 +304,20 @@ def _count(
     complete = empty or (wide_enough and window.top <= top and bottom <= window.top + n_rows)
     first, last, begin = 0, 0, 0
     if complete:
-        histograms[:] = 0
         fall_x, fall_y = _FULL / (half_width * half_width), _FULL / (half_height * half_height)
-        first, last, begin = _rasterise(
-            y, x, half_height, half_width, fall_y, fall_x, window.top, window.left, pixels
+        first, last, begin = _count_pixels(
+            window.codes,
+            y,
+            x,
+            half_height,
+            half_width,
+            fall_y,
+            fall_x,
+            window.top,
+            window.left,
+            pixels,
+            histograms,
         )
-        rows = histograms[0], histograms[1], histograms[2], histograms[3]
-        across, down, starts, stops = pixels
-        for column in range(first, last):
-            start, stop = starts[column], stops[column]
-            _add_weights(window.codes[column], start, stop, _FULL - down[column], across, rows)
     return complete, first, last, begin
 
 

@@ -16,7 +16,6 @@ from trackmark.trackers.base.parameters import (
     fraction,
     integer,
     positive,
-    printed,
 )
 from trackmark.trackers.base.sharing import SharedFrame
 from trackmark.trackers.histograms.bins import ColourSpace, JointBins
@@ -32,12 +31,15 @@ from trackmark.trackers.histograms.ellipses import (
 MIN_SIDE = 3.0  # minimum side [pixels]; a smaller ellipse may contain no pixel centre
 SEARCH_REACH = 1.7  # half size of the first search window [half axes]; mostly sufficient
 
+RECALLED = "recalled from PAMI 2003, whose text was not at hand:"
+"""Origin of values that were not compared with the text of the paper."""
+
 
 class MeanShiftParameters(Parameters):
     """Parameters of mean shift trackers; the defaults are the values of the preset `as-written`."""
 
     colour: ColourSpace = choice(
-        "rgb", "colour space of the histograms", origin=printed("PAMI 2003: RGB")
+        "rgb", "colour space of the histograms", origin=chosen(f"{RECALLED} RGB")
     )
     bins: int = integer(
         8,
@@ -45,42 +47,44 @@ class MeanShiftParameters(Parameters):
         2,
         32,
         origin=chosen(
-            "as in the particle filter of Nummiaro et al. 2003, whose baseline this is; the "
-            "papers print 16"
+            "as in the particle filter of Nummiaro et al. 2003, whose baseline this is; 16 in the "
+            "papers, as recalled"
         ),
     )
     scale: Literal["adaptive", "fixed"] = choice(
         "adaptive",
         "adaptive: size of the most similar of a smaller, an equal and a larger ellipse; fixed: "
         "size of the init box",
-        origin=printed("PAMI 2003: adaptive scale"),
+        origin=chosen(f"{RECALLED} adaptive scale"),
     )
     scale_step: float = bounded(
         0.1,
         "relative difference of these sizes [fraction]",
         gt=0.0,
         lt=1.0,
-        origin=printed("PAMI 2003: Δh = 0.1 h"),
+        origin=chosen(f"{RECALLED} Δh = 0.1 h"),
     )
     scale_smoothing: float = fraction(
         0.1,
         "γ: weight of the located size in the next size [fraction]",
-        origin=printed("PAMI 2003: γ = 0.1"),
+        origin=chosen(f"{RECALLED} γ = 0.1"),
     )
     stop_distance: float = positive(
         1.0,
         "ε: mean shift stops after a step shorter than this [pixels]",
-        origin=printed("PAMI 2003: y0 and y1 in the same pixel"),
+        origin=chosen(f"{RECALLED} y0 and y1 in the same pixel"),
     )
     max_iterations: int = integer(
         20,
         "maximum number of mean shift steps of an ellipse [count]",
-        origin=printed("PAMI 2003: typically 20"),
+        origin=chosen(f"{RECALLED} typically 20"),
     )
     step_halving: bool = choice(
         True,
         "whether steps that lower the coefficient are halved",
-        origin=printed("CVPR 2000: algorithm"),
+        origin=chosen(
+            "recalled from CVPR 2000, whose text was not at hand: the algorithm halves them"
+        ),
     )
 
 

@@ -53,25 +53,25 @@ def pixel_regions(
     pixels = np.zeros((n_parts, n), np.int64)
     window_left, window_top, window_right, window_bottom = image_width, image_height, 0, 0
     for i in range(n):
-        x, y, area = states[i]
+        x, y, area = states[i, 0], states[i, 1], states[i, 2]
         width = np.sqrt(area * aspect)
         height = area / width
         left, right = np.floor(x - width / 2 + 0.5), np.floor(x + width / 2 + 0.5)
         top, bottom = np.floor(y - height / 2 + 0.5), np.floor(y + height / 2 + 0.5)
-        whole = (right - left) * (bottom - top)
+        n_pixels = (right - left) * (bottom - top)
         left, right = max(left, 0.0), min(right, float(image_width))
         top, bottom = max(top, 0.0), min(bottom, float(image_height))
         inside = max(right - left, 0.0) * max(bottom - top, 0.0)
-        if not (inside >= least_pixels and inside >= least_share * whole):  # NaN also ends here
+        if not (inside >= least_pixels and inside >= least_share * n_pixels):  # NaN also ends here
             continue
         first, last = int(left), int(right)
         start, stop = int(top), int(bottom)
-        for part in range(n_parts):
-            begin = start + part * (stop - start) // n_parts
-            end = start + (part + 1) * (stop - start) // n_parts
-            parts[part, i, 0], parts[part, i, 1] = first, begin
-            parts[part, i, 2], parts[part, i, 3] = last, end
-            pixels[part, i] = (last - first) * (end - begin)
+        for part_index in range(n_parts):
+            begin = start + part_index * (stop - start) // n_parts
+            end = start + (part_index + 1) * (stop - start) // n_parts
+            parts[part_index, i, 0], parts[part_index, i, 1] = first, begin
+            parts[part_index, i, 2], parts[part_index, i, 3] = last, end
+            pixels[part_index, i] = (last - first) * (end - begin)
         window_left, window_right = min(window_left, first), max(window_right, last)
         window_top, window_bottom = min(window_top, start), max(window_bottom, stop)
     return Regions(
@@ -136,7 +136,7 @@ def integral_counts(sums: Words, slots: Ints, regions: Ints, bins: Ints) -> Coun
     """Count as `direct_counts` does, in bands of at most 65535 pixels, as counts have 16 bits."""
     counts = np.zeros((len(regions), len(bins)), np.int32)
     for i in range(len(regions)):
-        left, top, right, bottom = regions[i]
+        left, top, right, bottom = regions[i, 0], regions[i, 1], regions[i, 2], regions[i, 3]
         rows = max(_LARGEST_BAND // max(right - left, 1), 1)
         for start in range(top, bottom, rows):
             stop = min(start + rows, bottom)
@@ -150,7 +150,6 @@ def integral_counts(sums: Words, slots: Ints, regions: Ints, bins: Ints) -> Coun
     return counts
 
 
-@njit(cache=True)
 def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins: int) -> Counts:
     """Return counts of bins in regions, pixel by pixel, int32 (n, m).
 
@@ -158,18 +157,23 @@ def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins:
     votes for. `regions` (n, 4): `[left, top, right, bottom]` in whole pixels inside the image,
     right and bottom exclusive. `bins` (m,): requested bins, out of `n_bins`.
     """
-    n_codes, n_votes = votes.shape
     slots = np.zeros(n_bins, np.int64)
     slots[bins] = np.arange(1, len(bins) + 1)  # slot 0: bins not requested
-    counts = np.zeros((len(regions), len(bins)), np.int32)
+    return np.ascontiguousarray(_count_slots(codes, votes, regions, slots, len(bins))[:, 1:])
+
+
+@njit(cache=True)
+def _count_slots(codes: Codes, votes: Votes, regions: Ints, slots: Ints, n_bins: int) -> Counts:
+    n_codes, n_votes = votes.shape
+    counts = np.zeros((len(regions), n_bins + 1), np.int32)
     # Neighbours mostly have the same code; with four histograms, an increment does not depend on
     # the previous one.
     first, second = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
     third, fourth = np.empty(n_codes, np.int32), np.empty(n_codes, np.int32)
-    summed = np.empty(len(bins) + 1, np.int32)
     for i in range(len(regions)):
-        left, top, right, bottom = regions[i]
-        first[:], second[:], third[:], fourth[:] = 0, 0, 0, 0
+        left, top, right, bottom = regions[i, 0], regions[i, 1], regions[i, 2], regions[i, 3]
+        for code in range(n_codes):
+            first[code] = second[code] = third[code] = fourth[code] = 0
         quads = left + (right - left) // 4 * 4
         for row in range(top, bottom):
             for column in range(left, quads, 4):
@@ -179,12 +183,10 @@ def direct_counts(codes: Codes, votes: Votes, regions: Ints, bins: Ints, n_bins:
                 fourth[np.uintp(codes[row, np.uintp(column + 3)])] += 1
             for column in range(quads, right):
                 first[np.uintp(codes[row, np.uintp(column)])] += 1
-        summed[:] = 0
         for code in range(n_codes):
             pixels = first[code] + second[code] + third[code] + fourth[code]
             for vote in range(n_votes):
-                summed[slots[votes[code, vote]]] += pixels
-        counts[i] = summed[1:]
+                counts[i, slots[votes[code, vote]]] += pixels
     return counts
 
 

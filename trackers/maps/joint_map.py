@@ -475,7 +475,7 @@ class JointMap:
             "changing": motion.changing,
         }
 
-    def whole(self) -> Array:
+    def full_map(self) -> Array:
         """Return the map of the whole image, shape (height, width), in [0, 1]."""
         rows, columns = self._image.shape[:2]
         sums = self._summed(Region(0, 0, columns, rows))[..., 0]

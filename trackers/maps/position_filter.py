@@ -138,7 +138,7 @@ class PositionFilter(SharingTracker):
 
     def maps(self, image: Image) -> Mapping[str, Array]:
         """Return the joint map of colour and motion; see `WeightMapTracker.maps`."""
-        return {"joint map": self._joint.whole()}
+        return {"joint map": self._joint.full_map()}
 
     def _draw_displacements(self) -> Array:
         """Draw the displacements r u of equation 8, independently for x and y."""

@@ -11,6 +11,7 @@ from typing import Literal, NamedTuple, TypeAlias
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
+from scipy.linalg.lapack import dgetrf, dgetri
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
@@ -41,15 +42,14 @@ class TemplateComparison(NamedTuple):
     covariance: Array  # (d, d): R of the inliers (equation 13), raised to the floor
 
 
-@njit(cache=True)
 def raise_eigenvalues(matrix: Array, floor: float) -> Array:
     """Return a symmetric matrix with eigenvalues below `floor` replaced by it."""
     symmetric = (matrix + matrix.T) / 2
     values, vectors = np.linalg.eigh(symmetric)
     if values[0] >= floor:
         return symmetric
-    held: Array = np.dot(vectors * np.maximum(values, floor), np.ascontiguousarray(vectors.T))
-    return held
+    raised: Array = (vectors * np.maximum(values, floor)) @ np.ascontiguousarray(vectors.T)
+    return raised
 
 
 class TemplateFilter:
@@ -157,7 +157,6 @@ class TemplateFilter:
         return raise_eigenvalues(covariance, self._noise.floor)
 
 
-@njit(cache=True)
 def _step(
     residual: Array, measurement: Array, estimate: Array, state: Array, adaptive: bool
 ) -> tuple[Array, Array, Array]:
@@ -165,8 +164,9 @@ def _step(
     if adaptive:
         state = raise_eigenvalues(residual - measurement - estimate, 0.0)
     predicted = estimate + state
-    gain = np.dot(predicted, np.linalg.inv(predicted + measurement))
-    return state, gain, raise_eigenvalues(predicted - np.dot(gain, predicted), 0.0)
+    factors, pivots, _ = dgetrf(predicted + measurement)
+    gain = predicted @ dgetri(factors, pivots)[0]
+    return state, gain, raise_eigenvalues(predicted - gain @ predicted, 0.0)
 
 
 @njit(cache=True)
@@ -258,33 +258,12 @@ def compute_features(image: Image, features: Features) -> Array:
     = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
     `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
-    if features == "intensity":
-        return _intensities(image)
+    colours = image[..., ::-1].astype(np.float64, order="C")
     if features == "rgb":
-        return _colours(image)
+        return colours
+    if features == "intensity":
+        return np.asarray(colours.sum(axis=2, keepdims=True))
     return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
-
-
-@njit(cache=True)
-def _intensities(image: Image) -> Array:
-    rows, columns, _ = image.shape
-    features = np.empty((rows, columns, 1))
-    for row in range(rows):
-        for column in range(columns):
-            blue, green, red = image[row, column, 0], image[row, column, 1], image[row, column, 2]
-            features[row, column, 0] = float(blue) + float(green) + float(red)
-    return features
-
-
-@njit(cache=True)
-def _colours(image: Image) -> Array:
-    rows, columns, _ = image.shape
-    features = np.empty((rows, columns, 3))
-    for row in range(rows):
-        for column in range(columns):
-            for channel in range(3):
-                features[row, column, channel] = image[row, column, 2 - channel]
-    return features
 
 
 @njit(cache=True)

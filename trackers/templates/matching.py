@@ -91,17 +91,15 @@ def find_pose(
     with bilinear interpolation. Of equal costs, that of the smallest scale, y and x (in this order)
     is selected.
     """
-    start = floor(around.x + 0.5), floor(around.y + 0.5), around.scale
     pose, cost = _search(
         window,
         template,
         tuple(range(len(covariance))),
         whitening(covariance),
-        start,
-        offset_grid(search_range, TRANSLATION_STEPS[0], 0.0),
+        np.array([[floor(around.x + 0.5), floor(around.y + 0.5), around.scale]]),
+        (offset_grid(search_range, TRANSLATION_STEPS[0], 0.0), *FINER),
+        len(TRANSLATION_STEPS) + (len(SUBPIXEL_STEPS) if subpixel else 0),
         cutoff,
-        subpixel,
-        FINE,
     )
     return Match(Pose(pose[0], pose[1], pose[2]), cost)
 
@@ -127,13 +125,14 @@ SCALE_STEPS = 0.02, 0.01, 0.01, 0.005
 """Relative differences of scales on the last four levels."""
 N_REFINED = 3  # number of poses of the first level that the second level refines
 
-NEAR = offset_grid(TRANSLATION_STEPS[1], TRANSLATION_STEPS[1], 0.0)
-FINE = (
+FINER = (
+    offset_grid(TRANSLATION_STEPS[1], TRANSLATION_STEPS[1], 0.0),
     offset_grid(TRANSLATION_STEPS[2], TRANSLATION_STEPS[2], SCALE_STEPS[0]),
     offset_grid(TRANSLATION_STEPS[3], TRANSLATION_STEPS[3], SCALE_STEPS[1]),
     offset_grid(SUBPIXEL_STEPS[0], SUBPIXEL_STEPS[0], SCALE_STEPS[2]),
     offset_grid(SUBPIXEL_STEPS[1], SUBPIXEL_STEPS[1], SCALE_STEPS[3]),
 )
+"""Offsets of all levels but the first."""
 
 
 @njit(cache=True)
@@ -142,26 +141,25 @@ def _search(
     template: Array,
     components: tuple[int, ...],
     white: Array,
-    start: tuple[float, float, float],
-    coarse: Array,
+    around: Array,
+    levels: tuple[Array, ...],
+    n_levels: int,
     cutoff: float,
-    subpixel: bool,
-    fine: tuple[Array, Array, Array, Array],
 ) -> tuple[Array, float]:
     features = _whiten(unwhitened.features, components, white)
     window = FeatureWindow(
         features, unwhitened.left, unwhitened.top, unwhitened.n_rows, unwhitened.n_columns
     )
     sought = _whiten(template, components, white)
-    around = np.array([[start[0], start[1], start[2]]])
-    best, _ = best_poses(window, sought, components, around, coarse, False, cutoff, N_REFINED)
-    best, _ = best_poses(window, sought, components, best, NEAR, False, cutoff, 1)
-    best, _ = best_poses(window, sought, components, best, fine[0], False, cutoff, 1)
-    best, costs = best_poses(window, sought, components, best, fine[1], False, cutoff, 1)
-    if subpixel:
-        best, _ = best_poses(window, sought, components, best, fine[2], True, cutoff, 1)
-        best, costs = best_poses(window, sought, components, best, fine[3], True, cutoff, 1)
-    return best[0], costs[0]
+    best, cost = around, 0.0
+    for level in range(n_levels):  # a loop, because each call with other constants is compiled
+        bilinear = level >= len(TRANSLATION_STEPS)
+        n_poses = N_REFINED if level == 0 else 1
+        best, costs = best_poses(
+            window, sought, components, best, levels[level], bilinear, cutoff, n_poses
+        )
+        cost = costs[0]
+    return best[0], cost
 
 
 @njit(cache=True)
@@ -264,8 +262,10 @@ def best_poses(
     """
     height, width, _ = template.shape
     n_poses = min(n_poses, len(around) * len(offsets))
-    poses = around[np.zeros(n_poses, np.int64)]
-    costs, ranks = np.full(n_poses, np.inf), np.full(n_poses, np.inf)
+    poses, costs, ranks = np.empty((n_poses, 3)), np.empty(n_poses), np.empty(n_poses)
+    for i in range(n_poses):
+        poses[i, 0], poses[i, 1], poses[i, 2] = around[0, 0], around[0, 1], around[0, 2]
+        costs[i] = ranks[i] = np.inf
     for n in range(len(around)):
         for m in range(len(offsets)):
             x, y = around[n, 0] + offsets[m, 0], around[n, 1] + offsets[m, 1]
@@ -280,11 +280,13 @@ def best_poses(
             else:
                 cost = _nearest_cost(window, template, components, across, along, cutoff, worst)
             rank = n * len(offsets) + offsets[m, 3]
-            if (cost, rank) >= (worst, ranks[n_poses - 1]):
+            if cost > worst or (cost == worst and rank >= ranks[n_poses - 1]):
                 continue
             i = n_poses - 1
-            while i > 0 and (cost, rank) < (costs[i - 1], ranks[i - 1]):
-                costs[i], ranks[i], poses[i] = costs[i - 1], ranks[i - 1], poses[i - 1]
+            while i > 0 and (cost < costs[i - 1] or (cost == costs[i - 1] and rank < ranks[i - 1])):
+                costs[i], ranks[i] = costs[i - 1], ranks[i - 1]
+                for k in range(3):
+                    poses[i, k] = poses[i - 1, k]
                 i -= 1
             costs[i], ranks[i] = cost, rank
             poses[i, 0], poses[i, 1], poses[i, 2] = x, y, scale

@@ -12,6 +12,7 @@ a large high-diversity benchmark for generic object tracking in the wild", TPAMI
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.metrics.boxes import is_well_formed, overlap
 from trackmark.bench.metrics.curves import share_curve
 from trackmark.bench.metrics.interface import (
     AxisLabels,
@@ -23,7 +24,6 @@ from trackmark.bench.metrics.interface import (
     RunEstimates,
     select_evaluated,
 )
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _THRESHOLDS = np.linspace(0, 1, 101)
 

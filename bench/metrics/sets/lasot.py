@@ -14,6 +14,7 @@ tracking", CVPR 2019.
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.metrics.boxes import is_well_formed, overlap
 from trackmark.bench.metrics.curves import DISTANCES, NORMALISED_DISTANCES, OVERLAPS, share_curve
 from trackmark.bench.metrics.interface import (
     AxisLabels,
@@ -24,7 +25,6 @@ from trackmark.bench.metrics.interface import (
     RunEstimates,
     select_evaluated,
 )
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _INDEX_OF_20 = 20  # threshold of 20 px, and of 0.20 target sizes
 

@@ -11,7 +11,7 @@ scores.
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.centre_error import centre_error, centre_inside
+from trackmark.bench.metrics.boxes import centre_error, centre_inside, is_well_formed, overlap
 from trackmark.bench.metrics.interface import (
     GroundTruthLike,
     Metric,
@@ -21,7 +21,6 @@ from trackmark.bench.metrics.interface import (
     select_evaluated,
 )
 from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 
 def score_run(truth: GroundTruthLike, estimates: RunEstimates) -> MetricResult:

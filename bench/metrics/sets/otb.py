@@ -10,7 +10,7 @@ sequences have equal weights. Wu, Lim, Yang, "Object Tracking Benchmark", TPAMI 
 
 import numpy as np
 
-from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.metrics.curves import DISTANCES, OVERLAPS, share_curve
 from trackmark.bench.metrics.interface import (
     AxisLabels,
@@ -21,7 +21,6 @@ from trackmark.bench.metrics.interface import (
     RunEstimates,
     select_evaluated,
 )
-from trackmark.bench.metrics.overlap import overlap
 
 _INDEX_OF_20_PIXELS = 20
 _INDEX_OF_HALF = 10

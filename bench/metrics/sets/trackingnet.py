@@ -14,6 +14,7 @@ benchmark for object tracking in the wild", ECCV 2018.
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.metrics.boxes import is_well_formed, overlap
 from trackmark.bench.metrics.curves import OVERLAPS, share_curve
 from trackmark.bench.metrics.interface import (
     AxisLabels,
@@ -24,7 +25,6 @@ from trackmark.bench.metrics.interface import (
     RunEstimates,
     select_evaluated,
 )
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
 
 _PIXELS = np.linspace(0, 50, 21)
 _SIZES = np.linspace(0, 0.5, 21)

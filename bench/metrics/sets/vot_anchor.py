@@ -16,6 +16,7 @@ workshops 2020.
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.bench.metrics.boxes import is_well_formed
 from trackmark.bench.metrics.interface import (
     AxisLabels,
     GroundTruthLike,
@@ -28,7 +29,6 @@ from trackmark.bench.metrics.interface import (
     single_run_result,
 )
 from trackmark.bench.metrics.loss import first_streak
-from trackmark.bench.metrics.overlap import is_well_formed
 from trackmark.bench.metrics.region_overlap import raster_overlap
 
 _FAILURE_FRAMES = 10

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib as mpl
 import numpy as np
@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from trackmark.reports.figures import bare_figure, draw_image, outline_effect
 from trackmark.reports.palette import colour
+from trackmark.trackers.contours.mixture import Mixture
 
 Array = NDArray[np.float64]
 
@@ -33,14 +34,6 @@ DEVIATIONS = 2.0
 _CHANNELS = ("R", "#c00000", "-"), ("G", "#007000", "--"), ("B", "#0000c0", "-.")
 
 
-class Gaussians(NamedTuple):
-    """Mixture of m Gaussians on a plane."""
-
-    weights: Array  # (m,)
-    means: Array  # (m, 2)
-    covariances: Array  # (m, 2, 2)
-
-
 @dataclass(frozen=True)
 class ColourModel:
     """Two classes of colours, the plane that separates them, and their mixtures on it."""
@@ -49,7 +42,7 @@ class ColourModel:
     contour: Array  # (points, 2): contour of the target [px]
     points: Mapping[str, Array]  # by class of `CLASSES`, (n, 3): RGB in [0, 1]
     basis: Array  # (3, 2): axes of the plane in RGB space
-    mixtures: Mapping[str, Gaussians]  # on the plane, by class
+    mixtures: Mapping[str, Mixture]  # on the plane, by class
     grid: tuple[Array, Array]  # (k,) and (l,): equally spaced coordinates on the axes of the plane
     on_plane: Array  # (l, k): posterior of the target on this grid, in [0, 1]
     on_image: Array  # (height, width): posterior of the image's colours
@@ -88,7 +81,7 @@ def colour_model_plot(model: ColourModel, title: str) -> Figure:
         projections = model.points[name] @ model.basis
         projected.plot(*projections.T, ".", color=CLASSES[name], markersize=2, label=name)
         mixtures.plot(*projections.T, ".", color=CLASSES[name], markersize=1, alpha=0.25)
-        draw_gaussians(mixtures, model.mixtures[name], CLASSES[name])
+        draw_mixture(mixtures, model.mixtures[name], CLASSES[name])
     x, y = model.grid
     edges = (x[0], x[-1], y[0], y[-1])
     plane.imshow(
@@ -158,7 +151,7 @@ def draw_plane(axes: Any, middle: Array, basis: Array, ends: tuple[Array, Array]
     )
 
 
-def draw_gaussians(axes: Axes, mixture: Gaussians, shade: str) -> None:
+def draw_mixture(axes: Axes, mixture: Mixture, shade: str) -> None:
     """Draw the ellipse of two standard deviations of each component; line widths show weights."""
     for weight, mean, covariance in zip(*mixture, strict=True):
         variances, directions = np.linalg.eigh(covariance)
@@ -181,7 +174,7 @@ _FAINTEST = 0.12  # opacity of the lightest contours
 class Palette:
     """Particle of the colour cue: mixtures of target and background."""
 
-    mixtures: Mapping[str, Gaussians]  # mixtures on a plane, by class
+    mixtures: Mapping[str, Mixture]  # mixtures on a plane, by class
     posterior: Array  # (height, width): posterior of the target, in [0, 1]
 
 
@@ -215,7 +208,7 @@ def hypotheses_plot(
     )
     for (plane, posterior_axes), (label, palette) in zip(grid, palettes.items(), strict=True):
         for name, mixture in palette.mixtures.items():
-            draw_gaussians(plane, mixture, CLASSES[name])
+            draw_mixture(plane, mixture, CLASSES[name])
             plane.plot([], color=CLASSES[name], label=name)
         plane.set_aspect("equal")
         plane.set_title(label, fontsize=9, loc="left")

@@ -116,7 +116,7 @@ class AnyColour:
         """See `Cue.receive`. This cue has no state."""
 
 
-def chain(filter_name: Filter, setting: Setting, n_samples: int, start: Array) -> Chain[Array]:
+def chain(filter_name: Filter, setting: Setting, n_samples: int, start: Array) -> Chain:
     """Return the chain of cues at the known start of a trajectory: colour first, position last.
 
     Independent cues have a third cue between them that gives each position a uniform colour.

@@ -18,8 +18,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.pool import map_in_workers
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.papers import SETTING_LABELS, SETTINGS
-from trackmark.bench.papers.cases import Case
-from trackmark.bench.papers.figures import median_scene
+from trackmark.bench.papers.figures import median_scene, selection_sentence
 from trackmark.bench.papers.moreno2005.example import (
     COLOUR,
     COLOURS,
@@ -153,8 +152,7 @@ def film_strips(context: Context) -> dict[str, Strip | None]:
     """Draw Fig. 7 to 10: contours of the method and of the baseline, and posterior maps."""
     paper, requests = context.paper, dict[str, tuple[str, Specs]]()
     for figure, name in STRIPS.items():
-        case = Case(paper.spec(FULL, "recommended"), paper.sequences[name], context.n_scenes)
-        if scene := median_scene(case, context):
+        if scene := median_scene(paper.trackers[FULL], paper.sequences[name], context):
             trackers = [FULL, *([BASELINE] if name in COMPARED else [])]
             specs = {
                 (tracker, label): paper.spec(tracker, setting)
@@ -181,10 +179,9 @@ def _strip(request: tuple[str, Specs]) -> Strip:
         _contours(tracker, runs, images, frames) for tracker in dict.fromkeys(t for t, _ in specs)
     ]
     rows.append(_maps(runs[FULL, SHOWN], images, frames))
-    chosen = f"`{scene}`, which has the median error of {FULL}, recommended"
     labels = [f"frame {frame}" for frame in frames]
     truth = [true_contour(sequence, frame) for frame in frames]
-    return Strip(chosen, labels, truth, rows, "contour")
+    return Strip(selection_sentence(scene, FULL), labels, truth, rows, "contour")
 
 
 def _contours(tracker: str, runs: Runs, images: Sequence[Image], frames: Sequence[int]) -> StripRow:

@@ -3,7 +3,6 @@
 from math import nan
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.bench.papers.measures import MeasuredRun, Values, kept_to_end, measure
 
@@ -22,13 +21,10 @@ def similarity(measured: MeasuredRun) -> Values:
     return np.asarray(segmentation.region_similarity, np.float64)
 
 
-def _tracked(measured: MeasuredRun) -> Values:
+def tracked(measured: MeasuredRun) -> Values:
+    """Return 1 in frames in which J is 0.5 or more, or undefined, else 0, shape (n,)."""
     values = similarity(measured)
     return np.asarray(np.isnan(values) | (values >= TRACKED), np.float64)
-
-
-FRAME_VALUES = {"similarity": similarity, "tracked": _tracked}
-"""Values by frame: J, and `tracked`, which is 1 if J is 0.5 or more or undefined."""
 
 
 @measure("J")
@@ -46,9 +42,5 @@ def not_kept(measured: MeasuredRun) -> float:
 @measure("share")
 def lost_after_jump(measured: MeasuredRun) -> float:
     """Return 1 if J is below 0.5 in the tenth frame after the first jump of the light, else 0."""
-    jump = int(np.flatnonzero(_frames(measured, JUMP))[0])
+    jump = int(np.flatnonzero(measured.truth.attributes[JUMP])[0])
     return float(not measured.on_target[jump + AFTER - 1])
-
-
-def _frames(measured: MeasuredRun, attribute: str) -> NDArray[np.bool_]:
-    return np.asarray(measured.truth.attributes[attribute], bool)

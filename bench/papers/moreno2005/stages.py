@@ -16,7 +16,6 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.metrics.regions import region_similarity
 from trackmark.bench.papers.moreno2005.colour_plots import (
     ColourModel,
-    Gaussians,
     Palette,
     colour_model_plot,
     hypotheses_plot,
@@ -43,7 +42,7 @@ SPACING = 3.0  # distance between points of the true contour [px]
 Array: TypeAlias = NDArray[np.float64]
 
 
-class KeepingChain(Chain[Observation]):
+class KeepingChain(Chain):
     """Chain that stores the hypotheses of the last frame by cue."""
 
     hypotheses: tuple[Hypotheses, ...] = ()
@@ -138,7 +137,7 @@ def model_of(sequence: datasets.Sequence) -> ColourModel:
         contour=true_contour(sequence, first),
         points=points,
         basis=basis,
-        mixtures={"target": Gaussians(*fit.target), "background": Gaussians(*fit.background)},
+        mixtures={"target": fit.target, "background": fit.background},
         grid=(x, y),
         on_plane=posterior_at(plane_points),
         on_image=posterior_at(to_rgb(image) @ basis),
@@ -195,8 +194,8 @@ def palettes_of(step: Step) -> dict[str, Palette]:
         index = int(order[rank])
         mixture = step.colours.states[index]
         classes = {
-            "target": Gaussians(*from_components(mixture[: step.n_target_components])),
-            "background": Gaussians(*from_components(mixture[step.n_target_components :])),
+            "target": from_components(mixture[: step.n_target_components]),
+            "background": from_components(mixture[step.n_target_components :]),
         }
         label = f"{rank_name} weight: {weights[index] * len(weights):.2g} times the mean"
         palettes[label] = Palette(classes, step.posterior(index))

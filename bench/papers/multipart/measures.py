@@ -1,11 +1,9 @@
 """Measures of the multi-part paper, with the whole person as the target."""
 
-from collections.abc import Callable
-
 import numpy as np
 
 from trackmark.bench.metrics import loss
-from trackmark.bench.metrics.centre_error import centre_inside
+from trackmark.bench.metrics.boxes import centre_inside
 from trackmark.bench.metrics.loss import SUCCESS_OVERLAP
 from trackmark.bench.papers.measures import MeasuredRun, Values, measure
 
@@ -19,10 +17,6 @@ def inside_person(measured: MeasuredRun) -> Values:
     The rectangle does not depend on the tracker's init box.
     """
     return np.asarray(centre_inside(measured.truth.regions[PERSON], measured.boxes), np.float64)
-
-
-FRAME_VALUES: dict[str, Callable[[MeasuredRun], Values]] = {"inside": inside_person}
-"""Series by frame. `inside` replaces the common series, which uses the region of the init box."""
 
 
 @measure("frames")

@@ -25,13 +25,11 @@ class Declared(NamedTuple):
     """Occlusion that a tracker declared.
 
     `beginning`: first frame with a declared occlusion (t_o). `end`: frame of the re-detection
-    (t_e). `back`: first frame in which the online box follows the target again. `end` and `back`
-    are None if the sequence ends before.
+    (t_e); None if the sequence ends before.
     """
 
     beginning: int
     end: int | None
-    back: int | None
 
 
 class Hidden(NamedTuple):
@@ -65,22 +63,19 @@ def declared_in(run: Run) -> list[Declared]:
     """
     details = run.details
     beginnings, ends = _finite_frames(details["beginning"]), _finite_frames(details["end"])
-    n_ended = np.nan_to_num(details["ended"])
-    backs = np.searchsorted(n_ended, np.arange(1, n_ended[-1] + 1)).tolist()
-    events = [Declared(*event) for event in zip(beginnings, ends, backs, strict=False)]
+    n_ended = int(np.nan_to_num(details["ended"])[-1])
+    events = [Declared(*event) for event in zip(beginnings[:n_ended], ends, strict=False)]
     boxes, parameters = run.boxes_in("revised"), run.identity.parameters
     offsets = candidate_offsets(int(parameters["longest_occlusion"]), str(parameters["candidates"]))
     unreported, is_open = iter(beginnings[len(events) :]), details["occluded"][-1] == 1
-    while len(events) < len(backs) or is_open:
+    while len(events) < n_ended or is_open:
         beginning = next(unreported, None) or _next_beginning(boxes, events)
         if beginning is None:
             break
-        end, back = _end(boxes, beginning, offsets), None
-        if len(events) < len(backs):
-            back = backs[len(events)]
-        elif len(events) == len(backs):
+        end = _end(boxes, beginning, offsets)
+        if len(events) == n_ended:
             end = next(iter(_finite_frames(details["candidate"][-1:])), None)
-        events.append(Declared(beginning, end, back))
+        events.append(Declared(beginning, end))
     return events
 
 

@@ -1,15 +1,13 @@
 """Measures of the template tracker: tracked clips, detected occlusions, losses at a lamp's switch.
 
-The paper's tracker looks ahead for the end of an occlusion. Measures therefore use revised boxes;
-`trajectory=online` selects the online boxes instead.
+The paper's tracker looks ahead for the end of an occlusion. Measures therefore use revised boxes.
 """
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
-from trackmark.bench.papers.measures import MeasuredRun, inside, measure
+from trackmark.bench.papers.measures import MeasuredRun, Values, inside, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 
 SUCCESS = 0.9  # minimum share of clear frames with sufficient overlap in a tracked clip
@@ -21,15 +19,14 @@ MOMENT = 3  # frames before and after a switch in which a loss counts
 AFTER = 20  # frames after a lamp is switched off that are measured
 
 
-FRAME_VALUES = {
-    "overlaps": lambda measured: np.asarray(measured.overlap >= SUCCESS_OVERLAP, np.float64)
-}
+def overlaps(measured: MeasuredRun) -> Values:
+    """Return 1 in frames with an overlap of 0.5 or more, else 0, shape (n,)."""
+    return np.asarray(measured.overlap >= SUCCESS_OVERLAP, np.float64)
 
 
 @measure("share")
-def kept_in_clip(measured: MeasuredRun, trajectory: Trajectory | None = None) -> float:
+def kept_in_clip(measured: MeasuredRun) -> float:
     """Return 1 if the overlap is 0.5 or more in 90 % of the clear frames and in the last five."""
-    measured = measured.in_trajectory(trajectory)
     tracked = measured.on_target[_clear(measured)]
     return float(tracked.mean() >= SUCCESS and bool(tracked[-LAST:].all()))
 
@@ -41,15 +38,14 @@ def tracked_frames(measured: MeasuredRun) -> float:
 
 
 @measure("occlusions")
-def detected(measured: MeasuredRun, trajectory: Trajectory | None = None) -> float:
+def detected(measured: MeasuredRun) -> float:
     """Return the number of complete occlusions that are declared and followed by a re-detection."""
-    measured = measured.in_trajectory(trajectory)
     recovered = measured.on_target & (measured.truth.visibility >= IN_VIEW)
     events = _events(measured)
     count = 0
     for hidden in hidden_in(measured.truth.visibility):
         causes = [event for event in events if hidden.causes(event)]
-        end = _end(causes[-1], measured) if causes else None
+        end = causes[-1].end if causes else None
         count += end is not None and bool(recovered[end])
     return float(count)
 
@@ -68,8 +64,7 @@ def lost_at_switch(measured: MeasuredRun) -> float:
     """
     lost = float(first_loss(inside(measured) > 0, measured.present, measured.truth.visibility))
     for event in _events(measured):
-        end = _end(event, measured)
-        if event.beginning <= lost and (end is None or lost <= end):
+        if event.beginning <= lost and (event.end is None or lost <= event.end):
             lost = event.beginning
             break
     off = measured.truth.attributes[SWITCH].astype(np.int8)
@@ -94,8 +89,3 @@ def _clear(measured: MeasuredRun) -> NDArray[np.bool_]:
 
 def _events(measured: MeasuredRun) -> list[Declared]:
     return [] if measured.record.failure else declared_in(measured.record)
-
-
-def _end(event: Declared, measured: MeasuredRun) -> int | None:
-    """Return the frame in which a re-detection is tested."""
-    return event.end if measured.rules.trajectory == "revised" else event.back

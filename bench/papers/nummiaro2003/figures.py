@@ -7,7 +7,6 @@ from trackmark import datasets
 from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.nummiaro2003.measures import GONE, HIDDEN
 from trackmark.bench.papers.nummiaro2003.sample_plots import (
-    SurfaceGrid,
     Track,
     appearance_plot,
     surface_plot,
@@ -25,16 +24,11 @@ def surface(context: Context) -> dict[str, Figure]:
     figures = {}
     for setting in SETTINGS:
         last = surfaces(scene, context.paper.spec("no model update", setting), 1)[-1]
-        left, top = last.centres.min(axis=0)
-        columns = len(np.unique(last.centres[:, 0]))
-        values = SurfaceGrid(left, top, last.coefficients.reshape(-1, columns), "coefficient ρ")
         title = (
             f"Fig. 2, {setting}, {scene}, frame {last.frame}: samples (black), their mean (white), "
             "and the Bhattacharyya coefficient around the target"
         )
-        figures[f"figure-2-{setting}"] = surface_plot(
-            last.image, last.samples, last.mean, values, title
-        )
+        figures[f"figure-2-{setting}"] = surface_plot(last, title)
     return figures
 
 
@@ -46,7 +40,7 @@ def trajectories(context: Context) -> dict[str, Figure]:
         tracks = []
         for sequence in ("person", "car"):
             scene = context.paper.first_scene(sequence)
-            for measured in context.runs.measured_runs(spec, scene)[:1]:
+            if measured := context.runs.measured_run(spec, scene):
                 last = int(np.flatnonzero(measured.present)[-1])
                 image = datasets.load(scene)[last]
                 tracks.append(Track(image, scene, measured.boxes, measured.truth.boxes))
@@ -65,14 +59,14 @@ def appearances(context: Context) -> dict[str, Figure]:
     figures = {}
     for setting in SETTINGS:
         spec = context.paper.spec("no model update", setting)
-        measured_runs = context.runs.measured_runs(spec, scene)
-        if not measured_runs:
+        measured = context.runs.measured_run(spec, scene)
+        if not measured:
             continue
-        parameters = measured_runs[0].record.identity.parameters
-        visible = np.where(measured_runs[0].present, measured_runs[0].truth.visibility, 0.0)
+        parameters = measured.record.identity.parameters
+        visible = np.where(measured.present, measured.truth.visibility, 0.0)
         figures[f"figure-7-{setting}"] = appearance_plot(
-            np.stack([measured.detail("positive_appearances") for measured in measured_runs]),
-            np.stack([measured.detail("mode") for measured in measured_runs]),
+            measured.detail("positive_appearances"),
+            measured.detail("mode"),
             f"Fig. 7, {setting}, {scene}: samples that fulfil the appearance condition",
             float(parameters["kick_off"]) * float(parameters["particles"]),
             {"hidden by half": visible < HIDDEN, "hidden or gone": visible < GONE},

@@ -14,7 +14,6 @@ CLEAR = 0.8  # visible share above which the target is in view again
 RECOVERY = 30  # number of frames after the occlusion by the tree until the target is tracked
 BRIDGE = 10  # frames after a short occlusion
 END = 20  # number of last visible frames
-MOST = 0.5  # share of these frames above which the target is recovered
 
 
 class Hiding(NamedTuple):
@@ -25,36 +24,28 @@ class Hiding(NamedTuple):
     is_complete: bool
 
 
-def _size_error(measured: MeasuredRun) -> Values:
+def size_errors(measured: MeasuredRun) -> Values:
+    """Return the relative error of Hx by frame, shape (n,)."""
     return np.asarray(np.abs(measured.boxes[:, 2] / measured.truth.boxes[:, 2] - 1))
-
-
-FRAME_VALUES = {"size_error": _size_error}
-"""Values by frame: relative error of Hx."""
 
 
 @measure("of Hx", lower_is_better=True)
 def size_error(measured: MeasuredRun) -> float:
     """Return the mean relative error of Hx; the error is 1 in frames without an estimate."""
-    return float(np.nan_to_num(_size_error(measured), nan=1.0)[measured.present].mean())
-
-
-def _recovered(measured: MeasuredRun) -> float:
-    """Return 1 if the target is tracked in most of the last 20 frames in view, else 0."""
-    return float(on_target_at_end(measured) > MOST)
-
-
-@measure("share", kept_measure=_recovered)
-def on_target_at_end(measured: MeasuredRun) -> float:
-    """Return the share of the last 20 frames in view in which the target is tracked."""
-    clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))
-    return float(measured.on_target[clear[-END:]].mean())
+    return float(np.nan_to_num(size_errors(measured), nan=1.0)[measured.present].mean())
 
 
 @measure("share")
 def tracked_at_end(measured: MeasuredRun) -> float:
     """Return 1 if the target is tracked in more than half of the last 20 frames in view, else 0."""
     return float(on_target_at_end(measured) > 0.5)
+
+
+@measure("share", kept_measure=tracked_at_end)
+def on_target_at_end(measured: MeasuredRun) -> float:
+    """Return the share of the last 20 frames in view in which the target is tracked."""
+    clear = np.flatnonzero(measured.present & (measured.truth.visibility > CLEAR))
+    return float(measured.on_target[clear[-END:]].mean())
 
 
 @measure("share")

@@ -13,11 +13,12 @@ from matplotlib.collections import EllipseCollection
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from trackmark.bench.papers.plots import QUARTILES, draw_median
+from trackmark.bench.papers.nummiaro2003.scenes import CoefficientSurface
 from trackmark.reports.figures import (
     add_legend,
     bare_figure,
     draw_image,
+    draw_line,
     new_figure,
     outline_effect,
 )
@@ -32,25 +33,6 @@ _SHOWN = 2.0  # margin of the image next to a surface [longer half axes of the m
 
 
 @dataclass(frozen=True)
-class SurfaceGrid:
-    """Function of the position on a grid with a spacing of one pixel."""
-
-    left: float  # position of the first value [px]
-    top: float
-    values: Array  # (rows, columns)
-    quantity: str  # name of the values
-
-    def values_at(self, positions: Array) -> Array:
-        """Return the values nearest to positions of shape (n, 2); NaN outside the grid."""
-        columns, rows = np.round(positions - [self.left, self.top]).astype(int).T
-        height, width = self.values.shape
-        inside = (rows >= 0) & (rows < height) & (columns >= 0) & (columns < width)
-        nearest = np.full(len(positions), np.nan)
-        nearest[inside] = self.values[rows[inside], columns[inside]]
-        return nearest
-
-
-@dataclass(frozen=True)
 class Track:
     """Trajectory in an image of a fixed camera."""
 
@@ -60,17 +42,12 @@ class Track:
     truth: Array  # (n, 4): ground-truth boxes
 
 
-def surface_plot(
-    image: NDArray[np.uint8], samples: Array, mean: Array, surface: SurfaceGrid, title: str
-) -> Figure:
-    """Draw samples and their mean on the image, and on the surface of their weights.
-
-    The image is BGR. `samples`, shape (n, 4), and `mean`, shape (4,), are ellipses; samples are
-    drawn black, the mean white.
-    """
+def surface_plot(surface: CoefficientSurface, title: str) -> Figure:
+    """Draw samples (black) and their mean (white) on the image, and on the surface of ρ."""
+    samples, mean = surface.samples, surface.mean
     figure = bare_figure(title, 4.2)
     left: Axes = figure.add_subplot(1, 2, 1)
-    draw_image(left, image)
+    draw_image(left, surface.image)
     _draw_ellipses(left, samples, _SAMPLE, 0.5)
     _draw_ellipses(left, mean[np.newaxis], _MEAN, 2.0)
     centre, half = mean[:2], _SHOWN * mean[2:].max()
@@ -78,18 +55,17 @@ def surface_plot(
 
     # Samples are drawn on top of the surface.
     right: Any = figure.add_subplot(1, 2, 2, projection="3d", computed_zorder=False)
-    rows, columns = surface.values.shape
-    grid = np.meshgrid(surface.left + np.arange(columns), surface.top + np.arange(rows))
-    right.plot_surface(*grid, surface.values, cmap="viridis", rcount=60, ccount=60, zorder=1)
-    positions, middle = samples[:, :2], mean[np.newaxis, :2]
-    dots = {"color": _SAMPLE, "s": 4, "zorder": 2}
-    right.scatter(*positions.T, surface.values_at(positions), depthshade=False, **dots)
-    dots = {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}
-    right.scatter(*middle.T, surface.values_at(middle), depthshade=False, **dots)
+    look: dict[str, Any] = {"cmap": "viridis", "rcount": 60, "ccount": 60, "zorder": 1}
+    right.plot_surface(*np.meshgrid(surface.x, surface.y), surface.coefficients, **look)
+    for centres, dots in (
+        (samples[:, :2], {"color": _SAMPLE, "s": 4, "zorder": 2}),
+        (mean[np.newaxis, :2], {"color": _MEAN, "edgecolor": "black", "s": 45, "zorder": 3}),
+    ):
+        right.scatter(*centres.T, surface.values_at(centres), depthshade=False, **dots)
     right.invert_yaxis()  # rows count downwards, as in the image
     right.view_init(elev=50, azim=-70)
     right.set(xlabel="x [px]", ylabel="y [px]")
-    right.set_title(surface.quantity, fontsize=9)
+    right.set_title("coefficient ρ", fontsize=9)
     right.set_box_aspect(None, zoom=0.9)  # room for the labels outside of the axes
     right.tick_params(labelsize=7)
     return figure
@@ -176,20 +152,19 @@ def appearance_plot(
     threshold: float,
     shades: Mapping[str, NDArray[np.bool_]],
 ) -> Figure:
-    """Draw the number of positive samples by frame, and below it the share of initialising runs.
+    """Draw the number of positive samples by frame, and below it the frames of initialisation.
 
-    `counts`: number of positive samples, shape (runs, frames). `modes`: 0 initialising, 1 tracking,
-    NaN without estimate, shape (runs, frames). `threshold`: number of positive samples at which the
-    mode changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
+    `counts`: number of positive samples, shape (frames,). `modes`: 0 initialising, 1 tracking, NaN
+    without estimate, shape (frames,). `threshold`: number of positive samples at which the mode
+    changes, a dashed line. `shades`: flags of shaded frames by kind, shape (frames,).
     """
     figure, (upper, lower) = new_figure(title, 4.4, n_rows=2, heights=(3, 1))
-    estimated = np.flatnonzero(np.isfinite(counts).any(axis=0))
+    estimated = np.flatnonzero(np.isfinite(counts))
     frames = np.arange(estimated[0], estimated[-1] + 1)
-    draw_median(upper, frames, counts[:, frames], 0, "positive appearances")
+    draw_line(upper, frames, counts[frames], "positive appearances", 0)
     line: dict[str, Any] = {"color": "black", "linestyle": "--", "linewidth": 1.2}
     upper.axhline(threshold, label="threshold b·N", **line)
-    initialising = 1.0 - np.ma.masked_invalid(modes[:, frames]).mean(axis=0).filled(np.nan)
-    lower.fill_between(frames, initialising, step="mid", color=colour(1), linewidth=0)
+    lower.fill_between(frames, 1.0 - modes[frames], step="mid", color=colour(1), linewidth=0)
     for grey, (label, flags) in zip(_GREYS, shades.items(), strict=True):
         edges = np.flatnonzero(np.diff(np.concatenate([[False], flags, [False]])))
         for index, (start, stop) in enumerate(edges.reshape(-1, 2) - 0.5):
@@ -198,7 +173,7 @@ def appearance_plot(
             lower.axvspan(start, stop, **look)
     upper.set(ylabel="samples", xlim=(frames[0], frames[-1]))
     upper.set_ylim(bottom=0)
-    lower.set(ylabel="runs in\ninitialisation", xlabel="frame", ylim=(0, 1))
-    lower.set_yticks([0, 0.5, 1], ["0", "", str(len(counts))])
-    add_legend(figure, f"{QUARTILES} repetitions" if len(counts) > 1 else "")
+    lower.set(ylabel="initialisation", xlabel="frame", ylim=(0, 1))
+    lower.set_yticks([0, 1], ["no", "yes"])
+    add_legend(figure, "")
     return figure

@@ -25,19 +25,29 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CoefficientSurface:
-    """ρ around the target in a frame."""
+    """ρ around the target in a frame, for ellipses of the mean state's size."""
 
     frame: int  # from 0
     image: NDArray[np.uint8]  # BGR
-    centres: Array  # (n, 2): centres x and y, one pixel apart [px]
-    coefficients: Array  # (n,): ρ at the centres, for ellipses of the mean state's size
+    x: Array  # (columns,): centres of the ellipses, one pixel apart [px]
+    y: Array  # (rows,)
+    coefficients: Array  # (rows, columns): ρ
     mean: Array  # (4,): x, y, Hx, Hy of the mean state [px]
     samples: Array  # (N, 4): x, y, Hx, Hy [px]
 
     @property
     def distance(self) -> float:
         """Distance of the mean state from the maximum in pixels."""
-        return float(np.hypot(*(self.mean[:2] - self.centres[self.coefficients.argmax()])))
+        row, column = np.unravel_index(self.coefficients.argmax(), self.coefficients.shape)
+        return float(np.hypot(self.mean[0] - self.x[column], self.mean[1] - self.y[row]))
+
+    def values_at(self, positions: Array) -> Array:
+        """Return the values nearest to positions of shape (n, 2); NaN outside the grid."""
+        columns, rows = np.round(positions - [self.x[0], self.y[0]]).astype(int).T
+        inside = (rows >= 0) & (rows < len(self.y)) & (columns >= 0) & (columns < len(self.x))
+        nearest = np.full(len(positions), np.nan)
+        nearest[inside] = self.coefficients[rows[inside], columns[inside]]
+        return nearest
 
 
 @measure("share")
@@ -66,13 +76,20 @@ def surfaces(scene: str, tracker: str, n_frames: int) -> list[CoefficientSurface
     model, bins = counted.counts[0] / counted.totals[0], np.flatnonzero(counted.counts[0])
     surfaces_found = []
     for frame in _clear_frames(excerpt, n_frames):
-        mean = ellipse_in(run.boxes[frame])
-        candidates = _grid(ellipse_in(excerpt.boxes[frame]), mean[2:])
+        mean, target = ellipse_in(run.boxes[frame]), ellipse_in(excerpt.boxes[frame])
+        reach = (REACH * target[2:]).astype(int)
+        x, y = (
+            np.arange(-most, most + 1) + np.floor(centre) + 0.5
+            for most, centre in zip(reach, target, strict=False)
+        )
+        centres = np.stack(np.meshgrid(x, y), axis=2).reshape(-1, 2)
+        candidates = np.hstack([centres, np.tile(mean[2:], (len(centres), 1))])
         counts = ellipses.counts(SharedFrame(excerpt[frame]), _states(candidates), bins)
         values = bhattacharyya_coefficients(counts.counts, counts.totals, model[np.newaxis, bins])
+        surface = values.reshape(len(y), len(x))
         samples = run.arrays[frame]["particles"][:, [0, 1, 4, 5]]
         surfaces_found.append(
-            CoefficientSurface(frame, excerpt[frame], candidates[:, :2], values, mean, samples)
+            CoefficientSurface(frame, excerpt[frame], x, y, surface, mean, samples)
         )
     return surfaces_found
 
@@ -87,16 +104,6 @@ def _clear_frames(sequence: datasets.Sequence, n_frames: int) -> list[int]:
     clear = clear[clear > sequence.first_frame]
     indices = np.linspace(0, len(clear) - 1, min(n_frames, len(clear))).round().astype(int)
     return [int(frame) for frame in clear[indices]]
-
-
-def _grid(target: Array, size: Array) -> Array:
-    """Return ellipses of equal size around the target, one pixel apart, shape (n, 4)."""
-    reach = (REACH * target[2:]).astype(int)
-    x, y = (
-        np.arange(-most, most + 1) + np.floor(c) for most, c in zip(reach, target, strict=False)
-    )
-    places = np.stack(np.meshgrid(x, y), axis=2).reshape(-1, 2) + 0.5
-    return np.hstack([places, np.tile(size, (len(places), 1))])
 
 
 def _states(ellipses: Array) -> Array:

@@ -12,7 +12,7 @@ from trackmark import datasets
 from trackmark.bench import metrics
 from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.analysis.score_tables import failed_runs
-from trackmark.bench.evaluation.outcomes import worst_result
+from trackmark.bench.evaluation.scoring import worst_result
 from trackmark.bench.store.runs import Runs
 
 N_FRAMES = 15

@@ -165,4 +165,4 @@ def test_unreadable_sequences_are_named_together(trackmark, workspace, otb):
     assert "2 of 3 sequences cannot be used" in text
     assert "set/A/groundtruth_rect.txt: 3 rows for 5 images" in text
     assert "set/C/groundtruth_rect.txt: the first box" in text
-    assert "add !A,!C to the sequences" in text
+    assert "trackmark run --trackers static --sequences 'set,!A,!C'" in text

@@ -6,8 +6,8 @@ import pytest
 
 from tests.bench.commands.conftest import SMALL, TINY, assert_tables_have_rows, unwrapped
 from trackmark.bench.experiments import tracker_spec
-from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
@@ -83,7 +83,7 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = RunStore(workspace / "results/gap")
-    requested = StoredRuns.read(results.folder).requests
+    requested = Runs.unscored(results.folder).requested
     results.remove([next(key for key in results.list_keys() if key[0] == "camshift")])
     results.add_requests(requested)
     results = ("compare", "--results", "results/gap")
@@ -109,6 +109,7 @@ def test_other_boxes_in_timing_run_are_not_repeatable(trackmark, workspace):
 SHIFT_TRACKERS = """
 from trackmark.trackers.base.interface import Estimate, TrackerPlugin
 from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs
 
 class Left(TrackerPlugin):
     shift = -1

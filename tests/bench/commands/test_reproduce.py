@@ -5,26 +5,28 @@ import json
 import pytest
 
 from trackmark.bench.papers import ReproductionOptions, paper_names
-from trackmark.bench.papers.paper import read_paper, read_sensitivity
-from trackmark.bench.papers.reproduction import Reproduction
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import read_paper
+from trackmark.bench.papers.plan import experiments
 
 
 @pytest.mark.parametrize("paper", paper_names())
 def test_quick_runs_are_part_of_all_runs(paper):
-    reproduction = Reproduction(paper)
-    whole = {e.name: e for e in reproduction.experiments(ReproductionOptions())}
-    quick = {e.name: e for e in reproduction.experiments(ReproductionOptions(quick=True))}
-    everything = {
-        e.name for e in reproduction.experiments(ReproductionOptions(with_sensitivity=True))
-    }
-    few = reproduction.experiments(ReproductionOptions(repetitions=1))
-    has_rows = bool(read_sensitivity(read_paper(paper)).rows)
-    assert quick.keys() <= whole.keys() <= everything
-    assert has_rows == (whole.keys() < everything)
+    content = read_paper(paper)
+    whole, quick, everything = (
+        {experiment.name: experiment for experiment in experiments(content, options)}
+        for options in (
+            ReproductionOptions(),
+            ReproductionOptions(quick=True),
+            ReproductionOptions(with_sensitivity=True),
+        )
+    )
+    has_rows = bool(read_sensitivity(content).rows)
+    assert quick.keys() <= whole.keys() <= everything.keys()
+    assert has_rows == (whole.keys() < everything.keys())
     for name, experiment in quick.items():
         assert set(experiment.sequences) <= set(whole[name].sequences)
         assert set(experiment.trackers) <= set(whole[name].trackers)
-    assert {experiment.repetitions for experiment in few} == {1}
 
 
 @pytest.mark.slow

@@ -6,6 +6,7 @@ import pytest
 
 from tests.bench.commands.conftest import TINY, unwrapped
 from tests.bench.conftest import messages
+from trackmark.bench.commands._terminal import COMMAND, _in_columns
 
 SMALL = "--sequences data/Small"
 SCENES = f"{TINY},{TINY}:scene=1"
@@ -247,16 +248,45 @@ def test_unusable_trackers_and_sequences_are_named_together(
         for image in (folder / "img").iterdir():
             image.write_bytes(b"no image")
     trackers = "static,opencv-vit,camshift,no-tracker.py"
-    error = trackmark(
-        "run", "--trackers", trackers, "--sequences", "data", "--results-root", "none", status=2
-    ).stderr
+    options = "--results-root", "none", "--name", "two words"
+    error = trackmark("run", "--trackers", trackers, "--sequences", "data", *options, status=2)
     for part in (
         "2 of 4 trackers cannot be used.",
         "opencv-vit: the parameter net is missing.",
         "no-tracker.py: ",
-        "name only these trackers: static,camshift\n",
         "data/dog",
-        "add !dog to the sequences.",
+        "\n  trackmark run --trackers static,camshift --sequences 'data,!dog' --results-root none "
+        "--name 'two words'\n",
     ):
-        assert part in error
+        assert part in error.stderr
     assert not (workspace / "none").exists()
+
+
+@pytest.mark.parametrize(
+    ("typed", "remaining"),
+    [
+        ("compare static no-tracker.py --sequences=A,B", "compare static --sequences=A"),
+        (
+            "run --sequences A,B --trackers static,no-tracker.py",
+            "run --sequences A --trackers static",
+        ),
+        ("run --trackers no-tracker.py --sequences A,B", None),
+        ("compare static --against no-tracker.py --sequences A", None),
+    ],
+)
+def test_command_without_unusable_input_is_printed(
+    trackmark, otb, workspace, monkeypatch, typed, remaining
+):
+    monkeypatch.chdir(workspace)
+    for name in ("A", "B"):
+        otb(workspace / name, 3)
+    (workspace / "B/groundtruth_rect.txt").write_text("no box")
+    error = trackmark(*typed.split(), status=2).stderr
+    assert error.count("\n  trackmark ") == (remaining is not None)
+    if remaining:
+        assert f"\nTo go on without the above:\n  trackmark {remaining}\n" in error
+
+
+def test_command_is_neither_wrapped_nor_shortened(monkeypatch):
+    command = f"{COMMAND}run --trackers static {'x ' * 600}end"
+    assert _in_columns(f"A problem.\n{command}") == f"A problem.\n{command}"

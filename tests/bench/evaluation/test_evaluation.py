@@ -1,7 +1,5 @@
 """Loop over frames: calls, estimates, and failures of trackers."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
@@ -177,34 +175,3 @@ def test_sequence_without_ground_truth_is_refused(make_sequence):
     sequence = make_sequence(n=4, absent=range(4))
     with pytest.raises(SequenceError, match="no ground truth"):
         evaluate_run("static", sequence)
-
-
-def test_static_has_the_scores_of_its_first_box(make_sequence):
-    sequence = make_sequence(n=9)
-    scores = tm.score(evaluate_run("static", sequence), sequence)
-    distance = np.arange(1, 9) * 0.5
-    assert scores["centre_error"] == pytest.approx(distance.mean())
-    assert scores["mean_overlap"] == pytest.approx(np.mean((8 - distance) / (8 + distance)))
-
-
-def test_overhead_excludes_trackers_and_images(make_sequence, monkeypatch):
-    """Use a clock that advances by 1 per reading: once in the loop, twice in a tracker call."""
-    ticks = iter(range(10**6))
-    now = partial(next, ticks)
-    monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", now)
-    monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", now)
-    (entry,) = [parse_tracker(Walker)]
-    for n_trackers in (1, 4):
-        entries = [(entry, repetition) for repetition in range(n_trackers)]
-        overhead = run_protocol(entries, make_sequence(n=9)).overhead
-        # A frame of n trackers takes 2 + 3n readings; 2n of the ticks belong to the trackers.
-        assert overhead == pytest.approx((1 + 3 * n_trackers - 2 * n_trackers) / n_trackers)
-
-
-def test_overhead_counts_running_trackers_only(make_sequence, monkeypatch):
-    clock = iter(range(10**6))
-    monkeypatch.setattr("trackmark.bench.evaluation.loop.perf_counter", lambda: next(clock))
-    monkeypatch.setattr("trackmark.bench.evaluation.recorder.perf_counter", lambda: 0.0)
-    failing = parse_tracker(misbehaving(raise_error, call_number=1))
-    entries = [(parse_tracker(Walker), 0)] + [(failing, i) for i in range(9)]
-    assert run_protocol(entries, make_sequence(n=9)).overhead == 1.0

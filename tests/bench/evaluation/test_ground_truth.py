@@ -8,7 +8,6 @@ from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.pages.player_runs import collect_runs
-from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import Sequence, SequenceError
@@ -50,7 +49,7 @@ def test_run_is_scored_by_the_region_of_its_start(sequence):
 def test_region_changes_identity_but_not_seed(sequence):
     plain, full = parse_tracker("static"), parse_tracker("static:init=full")
     runs = run_protocol([(plain, 0), (full, 0)], sequence).runs
-    assert runs[0].identity.digest != runs[1].identity.digest
+    assert runs[0].identity.version != runs[1].identity.version
     assert plain.name == full.name == "static"
     assert parse_tracker("static:init=boxes").label == "static"
 
@@ -66,17 +65,10 @@ def test_region_absent_in_first_target_frame_is_rejected(sequence):
         evaluate_run("static:init=late", sequence)
 
 
-def test_timing_run_starts_from_the_region(sequence):
-    (run,) = run_protocol([(parse_tracker("static:init=full"), 0)], sequence, TIMING).runs
-    np.testing.assert_array_equal(run.boxes[-1], sequence.regions["full"][0])
-
-
 def test_stored_runs_are_scored_and_plotted_by_their_region(sequence, tmp_path):
-    from trackmark.bench.store.run_store import RequestedRuns
-
     results = RunStore(tmp_path / "trial")
     runs = [evaluate_run(text, sequence) for text in ("static", "static:init=full")]
-    results.add_requests(RequestedRuns("trial", {}))
+    results.add_requests({}, "trial")
     add_truth_of(results.folder, sequence)
     for run in runs:
         results.add(run)

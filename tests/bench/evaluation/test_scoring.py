@@ -104,15 +104,6 @@ def test_disturbed_pass_is_repeated_and_the_quietest_is_kept(make_sequence, monk
     assert run.times.is_disturbed
 
 
-def test_failure_in_a_timing_run_fails_the_run(make_sequence):
-    class Failing(Counting):
-        def update(self, image):
-            raise RuntimeError("no")
-
-    run = time_run(Failing, make_sequence(n=5))
-    assert run.failure.startswith("frame 1: RuntimeError: no")
-
-
 def test_timing_run_has_one_thread_and_shares_nothing(make_sequence):
     seen = []
 

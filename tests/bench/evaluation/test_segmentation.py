@@ -205,13 +205,3 @@ def test_tables_have_columns_of_masks(stored):
     _, last = tables_by_name["segmentation"].rows  # only the tracker with masks has a row
     assert last[2].text == f"{scores['mean_region_similarity'].iloc[1]:.3f}"
     assert last[-1].text == f"{scores['contour_decay'].iloc[1]:.3f}"
-
-
-def test_tables_without_masks_have_no_such_columns(stored):
-    runs = Runs.open(stored)
-    sequences = runs.table["sequence"].unique()
-    keys = [("static", sequence, 0, "one-pass") for sequence in sequences]
-    tables_without_masks = tables(runs.select(keys))
-    assert [table.name for table in tables_without_masks] == ["summary", "sequences"]
-    for table in tables_without_masks:
-        assert not {"region similarity J", "contour accuracy F"} & set(table.headings)

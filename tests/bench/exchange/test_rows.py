@@ -30,12 +30,10 @@ def test_missing_last_row_is_treated_as_in_toolkits(separator, treated, tmp_path
     assert message.endswith(f"as in the toolkits, it is {treated}.")
 
 
-@pytest.mark.parametrize("more", [1, 5])
-def test_additional_rows_are_cut_with_a_note(more, tmp_path):
-    rows = np.vstack([TRUTH, TRUTH[:more]]) + SHIFT
-    boxes, (message,) = import_rows(tmp_path, rows)
+def test_additional_rows_are_cut_with_a_note(tmp_path):
+    boxes, (message,) = import_rows(tmp_path, np.vstack([TRUTH, TRUTH[:5]]) + SHIFT)
     np.testing.assert_array_equal(boxes, TRUTH)
-    assert f"{8 + more} rows for the 8 frames of Board: the rows after line 8" in message
+    assert "13 rows for the 8 frames of Board: the rows after line 8" in message
 
 
 @pytest.mark.parametrize(
@@ -51,7 +49,7 @@ def test_rows_of_unknown_frames_are_refused(rows, words, tmp_path):
         import_rows(tmp_path, rows)
 
 
-@pytest.mark.parametrize("separator", [",", "\t", " "])
+@pytest.mark.parametrize("separator", [",", "\t"])
 def test_polygons_are_read_as_their_bounding_boxes(separator, tmp_path):
     x, y, width, height = (TRUTH + SHIFT).T
     polygons = np.column_stack([x, y, x + width, y, x + width, y + height, x, y + height])

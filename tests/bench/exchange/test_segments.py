@@ -19,7 +19,7 @@ from trackmark.bench.exchange.exporting import export_results
 from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 
 SEQUENCE = "plain/target:length=64"
 SHIFTS = ["left", "right", "up", "down", "topLeft", "topRight", "bottomLeft", "bottomRight"]
@@ -37,7 +37,7 @@ def store_run(run, sequence, folder):
     key = run.identity
     results = RunStore(folder)
     cell = key.tracker, key.sequence, key.repetition, key.protocol
-    results.add_requests(RequestedRuns("", {cell: key.version}))
+    results.add_requests({cell: key.version})
     add_truth_of(folder, sequence)
     results.add(run)
 

@@ -10,7 +10,7 @@ from uuid import uuid4
 
 import pytest
 
-from trackmark.bench.store.run_store import RunStore, run_columns
+from trackmark.bench.store.run_store import RunStore, run_arrays
 
 TRACKMARK = [sys.executable, "-c", "from trackmark.bench.cli import main; main()"]
 
@@ -119,7 +119,7 @@ def contents():
         contents_by_key = {}
         for cell in results.list_keys():
             run = results.read(cell)
-            columns = {name: values.tobytes() for name, values in run_columns(run).items()}
+            columns = {name: values.tobytes() for name, values in run_arrays(run).items()}
             contents_by_key[cell] = (run.identity, run.failure, columns)
         return contents_by_key
 

@@ -10,8 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.bench.execution.conftest import TRACKMARK
-from trackmark.bench.execution.backend import create_executor
-from trackmark.bench.execution.cluster import ClusterError, _run_task, with_absolute_paths
+from trackmark.bench.execution.cluster import ClusterError, _run_task, connect, with_absolute_paths
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.store.run_store import RunStore
@@ -164,4 +163,4 @@ def test_missing_dask_is_one_line_with_the_remedy(monkeypatch):
     with pytest.raises(
         ImportError, match=r"\Athe backend 'dask' .* pip install 'trackmark\[dask\]'\Z"
     ):
-        create_executor("dask")
+        connect(None, None)

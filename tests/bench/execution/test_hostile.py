@@ -17,7 +17,7 @@ from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task
 from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import SequenceSpec
-from trackmark.bench.experiments.tracker_spec import parse_trackers, run_identity
+from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 
 FRAMES = 12
 
@@ -56,7 +56,7 @@ def lock_step(data_folder):
 
     def make(*names):
         texts = ["static", *(f"{data_folder}/hostile.py:{name}" for name in ("Calm", *names))]
-        specs = parse_trackers(texts)
+        specs = {text: parse_tracker(text) for text in texts}
         runs = [PlannedRun(text, run_identity(specs[text], sequence, 0)) for text in texts]
         return Task(SequenceSpec(str(data_folder / "A")), tuple(runs), FRAMES)
 
@@ -138,7 +138,7 @@ def test_errors_and_malformed_estimates_cost_one_run(tmp_path, data_folder):
     """Run the hostile trackers in one pass over a sequence, next to calm trackers."""
     (tmp_path / "answers.py").write_text(hostile_answers.source())
     classes = runpy.run_path(str(tmp_path / "answers.py"))
-    first, *others = parse_trackers([f"{data_folder}/hostile.py:Calm", "static"]).values()
+    first, *others = map(parse_tracker, [f"{data_folder}/hostile.py:Calm", "static"])
 
     def hostile_tracker(name):
         kind = classes[name]

@@ -37,7 +37,7 @@ def experiment(workspace, **changes):
 def statuses(workspace, **changes):
     chosen = experiment(workspace, **changes)
     plan = make_plan(chosen, RunStore(workspace / "results" / chosen.name))
-    run_statuses = zip(plan.requested_runs().versions, plan.statuses.ravel(), strict=True)
+    run_statuses = zip(plan.requested, plan.statuses.ravel(), strict=True)
     return {
         (tracker, repetition): RunStatus(status).name.lower()
         for (tracker, _, repetition, _), status in run_statuses
@@ -128,7 +128,11 @@ def test_task_has_few_processes_of_trackers(workspace):
     for task in tasks:
         n_outside = sum(".py" in run.tracker for run in task.runs)
         assert 0 < n_outside <= MAX_TRACKER_PROCESSES
-    planned = {(task.source, run.identity.digest) for task in tasks for run in task.runs}
+    planned = {
+        (task.source, run.identity.version, run.identity.repetition)
+        for task in tasks
+        for run in task.runs
+    }
     assert len(planned) == 2 * (1 + 3 + 1 + 3)
 
 
@@ -204,7 +208,11 @@ def test_tasks_fit_worker_share_and_cover_every_run_once(workspace, sequences, w
     assert tasks.work == sum(task.work for task in all_tasks) == 4 * 5 * sequences
     for task in all_tasks:
         assert len(task.runs) == 1 or task.work * workers <= tasks.work
-    runs = {(task.source, run.identity.digest) for task in all_tasks for run in task.runs}
+    runs = {
+        (task.source, run.identity.version, run.identity.repetition)
+        for task in all_tasks
+        for run in task.runs
+    }
     assert len(runs) == tasks.n_runs
     if sequences % workers == 0:
         assert len(all_tasks) == sequences

@@ -19,7 +19,6 @@ from tests.bench.execution.conftest import TRACKMARK, command_line
 from trackmark.bench import operating_system
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution import pool, worker
-from trackmark.bench.execution.backend import create_executor
 from trackmark.bench.execution.executor import Execution, run_experiment
 from trackmark.bench.execution.plan import make_plan
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
@@ -211,25 +210,19 @@ def test_map_keeps_the_order_and_raises_errors(monkeypatch):
 
 
 def test_update_that_takes_too_long_is_repeated_in_isolation(monkeypatch):
-    now, messages = 0.0, []
-    monkeypatch.setattr(worker, "monotonic", lambda: now)
+    messages = []
     channel = worker._Channel(None)
     monkeypatch.setattr(channel, "send", lambda *message: messages.append(message))
-    spec = SimpleNamespace(call_seconds=0.0)
+    spec = SimpleNamespace(call_seconds=0.0, is_isolated=False)
     observer = worker._ProgressMessages(channel, [spec, spec], Limits(frame_seconds=2))
-    observer.on_tracker_call(0, 1)
-    now = 1.9
-    observer.on_tracker_return()
-    observer.on_frames_done(3)
+    observer._last_message = -1.0
+    observer.on_tracker_return(0, 1.9)
+    observer.on_frame(3, 3)
     assert messages[-1] == ("silence", (302.0, 6))
-    observer.on_tracker_call(0, 2)
-    now = 10.0
     channel.on_compile()
-    observer.on_tracker_return()  # compilation does not count
-    observer.on_tracker_call(0, 3)
-    now = 12.1
+    observer.on_tracker_return(0, 10.0)  # compilation does not count
     with pytest.raises(RepeatError, match="longer than 2 s"):
-        observer.on_tracker_return()
+        observer.on_tracker_return(0, 2.1)
 
 
 def lacking_memory(seed):
@@ -299,18 +292,18 @@ def test_run_needs_no_space_for_temporary_files(tmp_path):
     assert "Traceback" not in done.stderr
 
 
-def test_unknown_backend_is_named_with_the_closest():
+def test_unknown_backend_is_named_with_the_closest(data):
     with pytest.raises(ExperimentError, match=r"unknown backend 'lokal'\. Did you mean 'local'"):
-        create_executor("lokal")
+        run_experiment(experiment(data, "static"), data, backend="lokal")
     with pytest.raises(ExperimentError, match="--address"):
-        create_executor("local", address="tcp://somewhere")
+        run_experiment(experiment(data, "static"), data, address="tcp://somewhere")
 
 
-@pytest.mark.parametrize("name", ["frame_seconds", "run_seconds", "memory_bytes"])
-@pytest.mark.parametrize("value", [0, -1, float("nan")])
-def test_limit_that_can_not_be_kept_is_refused(name, value):
-    with pytest.raises(ExperimentError, match=name):
-        Limits(**{name: value})
+def test_limit_that_can_not_be_kept_is_refused():
+    for name in ("frame_seconds", "run_seconds", "memory_bytes"):
+        for value in (0, float("nan")):
+            with pytest.raises(ExperimentError, match=name):
+                Limits(**{name: value})
 
 
 def test_memory_of_a_container_counts(tmp_path, monkeypatch):

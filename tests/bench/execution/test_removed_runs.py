@@ -4,7 +4,7 @@ import pytest
 
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
-from trackmark.bench.store import run_rows
+from trackmark.bench.store import runs as runs_module
 from trackmark.bench.store.database import open_database
 from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.run_store import RunStore
@@ -41,10 +41,10 @@ def test_run_opens_the_database_once_per_task(execution, monkeypatch):
 
     rows = execution.rows()
     next(rows)
-    for module in ("truth", "run_store", "run_rows"):
+    for module in ("truth", "run_store", "runs"):
         monkeypatch.setattr(f"trackmark.bench.store.{module}.open_database", spy)
     assert len(list(rows)) == 1
-    assert len(opened) == 2  # one for the task, and one for all scores
+    assert len(opened) == 1
 
 
 def test_missing_ground_truth_costs_only_its_runs(run_trial, workspace, otb, caplog):
@@ -70,7 +70,7 @@ def test_run_removed_before_its_scoring_is_named(run_trial, workspace, monkeypat
         return plain(store, key)
 
     # Runs that exceed the memory limit are read again, and can be missing then.
-    monkeypatch.setattr(run_rows, "MAX_KEPT", 0)
+    monkeypatch.setattr(runs_module, "MAX_KEPT", 0)
     with monkeypatch.context() as patch:
         patch.setattr(RunStore, "read", read_after_removal)
         assert Runs.open(folder).table["status"].tolist() == ["missing", "missing"]

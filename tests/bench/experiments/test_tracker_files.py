@@ -93,12 +93,14 @@ def test_error_of_an_import_is_one_line_with_the_file(calm, monkeypatch):
 
 
 def test_import_changes_nothing_in_this_process(calm, capfd):
-    threads, folder = threading.active_count(), Path.cwd()
+    threads, folder = set(threading.enumerate()), Path.cwd()
     files = [str(calm(name, before)) for name, before in TAKEN.items()]
     specs = resolve_specs(["static", *files])
     assert list(specs) == ["static", *files]
     assert capfd.readouterr() == ("", "")
-    assert (threading.active_count(), Path.cwd()) == (threads, folder)
+    for thread in set(threading.enumerate()) - threads:
+        thread.join(10)  # that of an ended process also ends
+    assert (set(threading.enumerate()), Path.cwd()) == (threads, folder)
 
 
 @pytest.mark.parametrize("act", ENDS)

@@ -13,7 +13,6 @@ from trackmark.bench.experiments.tracker_spec import (
     PACKAGE,
     built_in_digest,
     parse_tracker,
-    parse_trackers,
     run_identity,
 )
 from trackmark.datasets.source_digest import source_digest
@@ -121,9 +120,7 @@ def test_tracker_in_a_file_has_a_label_of_file_class_and_name(tracker_file, opti
 
 def test_classes_of_one_file_have_different_versions(tracker_file):
     tracker_file.write_text(PLUGIN + PLUGIN.replace("class Own", "class Other"))
-    first, second = parse_trackers(
-        [f"{tracker_file}:Own:as=mine", f"{tracker_file}:Other:as=mine"]
-    ).values()
+    first, second = (parse_tracker(f"{tracker_file}:{name}:as=mine") for name in ("Own", "Other"))
     assert first.label == second.label == "mine"
     assert first.version != second.version
     assert (

@@ -11,8 +11,7 @@ import numpy as np
 import pytest
 
 import trackmark
-from trackmark.bench.external import process
-from trackmark.bench.external.idle_processes import close_idle_processes
+from trackmark.bench.external import close_idle_processes, process
 
 HOME = Path(trackmark.__file__).parents[1]
 DRIFT = Path(__file__).with_name("plain_tracker.py")

@@ -35,10 +35,6 @@ class Drift:
             self.misbehave()
         if self.mode == "nan" and self.frames == 3:
             return [np.nan, 1, 2, 3]
-        if self.mode == "garbage" and self.frames == 3:
-            return "nonsense"
-        if self.mode == "key" and self.frames == 3:
-            return {"box": self.box, "score": 1}
         if self.mode == "rich":
             return self.rich_estimate(image)
         return self.box, 0.25
@@ -58,8 +54,6 @@ class Drift:
         sys.stdout.write("last words\n")
         if self.mode == "raise":
             raise ValueError("broken")
-        if self.mode == "sys.exit":
-            sys.exit(3)
         if self.mode == "signal":
             os.kill(os.getpid(), signal.SIGSEGV)
         if self.mode == "hang":

@@ -45,10 +45,7 @@ def runs(folder, answer):
     return results
 
 
-@pytest.mark.parametrize(
-    "answer",
-    ["None", "(None, 0.5)", "{'visible': False}", "{'box': [0, 0, 0, 0], 'visible': True}"],
-)
+@pytest.mark.parametrize("answer", ["None", "{'box': [0, 0, 0, 0], 'visible': True}"])
 def test_frame_without_a_box_is_not_visible(folder, answer):
     for way, run in runs(folder, answer).items():
         assert not run.failure, way
@@ -62,8 +59,6 @@ def test_frame_without_a_box_is_not_visible(folder, answer):
     [
         ("(True, self.box)", "This looks like (ok, box)"),
         ("{'box': self.box, 'details': {'map': np.zeros((5, 5))}}", "details['map'] is an array"),
-        ("(self.box, True)", "the confidence is True. Expected: a number"),
-        ("(self.box, np.complex64(0.5))", "the confidence is "),
         ("{'box': self.box, 'mask': np.full((24, 32), 255, 'u1')}", "the mask is uint8 of shape"),
     ],
 )
@@ -88,7 +83,7 @@ for line in sys.stdin:
 """
 
 
-@pytest.mark.parametrize("answer", ["0.0000,0.0000,0.0000,0.0000", "0,0,0,0,0,0,0,0", "0"])
+@pytest.mark.parametrize("answer", ["0.0000,0.0000,0.0000,0.0000", "0"])
 def test_empty_region_of_vot_is_not_visible(folder, answer):
     (folder / "zeros.py").write_text(ZEROS.replace("ANSWER", repr(answer)))
     run = evaluate_run(f"trax:command={sys.executable} zeros.py:as=mine", "Noise")
@@ -106,17 +101,15 @@ class Seeing:
 """
 
 
-@pytest.mark.parametrize("images", ["rgb", "grey", "bgr"])
+@pytest.mark.parametrize("images", ["rgb", "grey"])
 def test_images_have_the_channels_of_the_definition(folder, images):
     (folder / "seeing.py").write_text(SEEING)
     (folder / "declared.py").write_text(SEEING.replace(":", f":\n    images = {images!r}", 1))
     (folder / "trackers.toml").write_text(f'[mine]\nfile = "seeing.py"\nimages = "{images}"\n')
     sequence = datasets.load("Noise")
-    expected = sequence[1][0, 0].tolist()
-    if images != "bgr":
-        code = cv2.COLOR_BGR2RGB if images == "rgb" else cv2.COLOR_BGR2GRAY
-        expected = np.resize(cv2.cvtColor(sequence[1], code)[0, 0], 3).tolist()
-    option = "" if images == "bgr" else f":images={images}"
+    code = cv2.COLOR_BGR2RGB if images == "rgb" else cv2.COLOR_BGR2GRAY
+    expected = np.resize(cv2.cvtColor(sequence[1], code)[0, 0], 3).tolist()
+    option = f":images={images}"
     python = f":python={sys.executable}"
     labels = {
         f"seeing.py:images={images}": f"seeing.py:Seeing{option}",
@@ -141,8 +134,7 @@ def test_images_of_a_trax_tracker_are_refused(folder):
             open_external(text, {})
 
 
-@pytest.mark.parametrize("command", ["", "  ", "''"])
-def test_empty_command_is_an_error(command):
-    Path("trackers.toml").write_text(f'[mine]\ntrax = "{command}"\n')
+def test_empty_command_is_an_error():
+    Path("trackers.toml").write_text('[mine]\ntrax = "  "\n')
     with pytest.raises(trackmark.trackers.TrackerError, match="names no program"):
         open_external("trackers.toml:mine", {})

@@ -21,32 +21,25 @@ from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
-from trackmark.bench.external import trax
+from trackmark.bench.external import close_idle_processes, trax
 from trackmark.bench.external.definition import open_external
-from trackmark.bench.external.idle_processes import close_idle_processes
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.worker_process import START, WORKER
+from trackmark.bench.external.worker_process import WORKER
 
 pytestmark = pytest.mark.usefixtures("folder")
 
 PYTHON = {
     "raise": r"the process raised ValueError: broken\. .*last words.*, in misbehave",
-    "sys.exit": r"the process ended with status 3\.",
     "signal": r"the process ended by signal 11 .*last words.*in misbehave",
     "nan": r"an invalid estimate: the box \[nan, 1\.0, 2\.0, 3\.0\] is invalid.*last words",
-    "garbage": r"an invalid estimate: the box is 'nonsense'\. Expected: four numbers.*last words",
-    "key": r"an invalid estimate: update returned .* 'score'.*details\. Its last line",
     "hang": r"did not answer in 60 s\. Its last call: .*plain_tracker\.py.* in hang.*last words",
     "slow start": r"the process did not answer in 300 s\..*waiting.* in __init__",
 }
 COMMAND = {
     "raise": r"the process ended with status 1\. Its last line: ValueError: broken.*in main",
-    "exit": r"the process ended with status 7\.",
-    "signal": r"the process ended by signal 6 \(Aborted\)\..*a log line",
     "hang": r"the process did not answer in 60 s\..*a log line",
     "flood": r"the process ended with status 7\. Its last line: yyy",
     "garbage": r"the process answered with the region 'nonsense,1'\. Expected:",
-    "nan": r"the process answered with the region 'nan,1,2,3'\. Expected:",
     "confidence": r"the confidence 7\. Expected: a number from 0 to 1\. Add confidence=false",
     "spaces": r"the process answered with 4 regions, '1, 2, 3, 4'\. Expected: one region without",
     "quit": r"the process ended the session: out of \"memory\"",
@@ -125,7 +118,6 @@ atexit.register(lambda: 1 / 0)
 atexit.register(lambda: warnings.warn("leaked"))
 raise ValueError("broken")
 """,
-    "printed": "import sys; sys.exit('ValueError: broken')",
 }
 
 
@@ -147,9 +139,6 @@ def test_old_version_of_python_is_named(folder):
     (folder / "python2").chmod(0o755)
     with pytest.raises(ExternalTrackerError, match=r"is Python 2\.7\. Expected: Python 3\.6"):
         open_external("plain_tracker.py", {"python": "./python2"})
-    ast2 = Path(START).read_text()
-    assert 'f"' not in ast2
-    assert "->" not in ast2
 
 
 WRITING = """
@@ -164,8 +153,8 @@ class Writing:
 """
 
 
-@pytest.mark.parametrize("text", [b"@@TRACKMARK:nonsense\n", b'@@TRACKMARK:[1, {"wall": 0}]\n'])
-def test_output_on_the_channel_of_answers_is_a_failure(folder, text):
+def test_output_on_the_channel_of_answers_is_a_failure(folder):
+    text = b'@@TRACKMARK:[1, {"wall": 0}]\n'
     (folder / "writing.py").write_text(f"TEXT = {text!r}{WRITING}")
     run = evaluate_run(f"writing.py:python={sys.executable}", "Noise")
     assert "which is not the answer to request 4. Write to stdout or stderr only" in run.failure

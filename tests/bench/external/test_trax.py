@@ -1,12 +1,9 @@
-"""Client of TraX: messages, regions, and real trackers in Python and C++."""
+"""Client of TraX: messages, regions, and real trackers."""
 
 import shlex
-import shutil
-import subprocess
 import sys
 from contextlib import nullcontext
 from importlib.util import find_spec
-from math import isnan
 from pathlib import Path
 
 import numpy as np
@@ -112,25 +109,6 @@ def test_tracker_of_the_library_gets_images_and_regions(form, region):
             assert estimate.box.tolist() == [9, 7, 11, 13]
         else:  # the library stores numbers in single precision and writes four decimals
             assert estimate.box == pytest.approx(BOX, abs=2e-4)
-
-
-@pytest.fixture(scope="session")
-def compiled(tmp_path_factory):
-    """Return the path of the tracker in C++."""
-    compiler = shutil.which("g++")
-    if compiler is None:
-        pytest.skip("g++ is not installed")
-    program = str(tmp_path_factory.mktemp("trax") / "tracker")
-    source = TRAX.with_name("tracker.cpp")
-    subprocess.run([compiler, "-std=c++11", "-o", program, source], check=True)
-    return program
-
-
-@pytest.mark.parametrize("version", ["1", "4"])
-def test_compiled_tracker_returns_the_box(compiled, version):
-    for estimate in run(start(compiled, version)):
-        assert estimate.box == pytest.approx(BOX, abs=1e-14)
-        assert isnan(estimate.confidence)
 
 
 def test_special_region_keeps_the_last_box():

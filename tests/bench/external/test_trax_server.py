@@ -49,16 +49,6 @@ def test_estimates_equal_those_in_process_to_the_bit(name):
     assert served.process.process.returncode == 0
 
 
-@pytest.mark.slow
-def test_stochastic_tracker_without_seed_differs_between_starts():
-    sequence = datasets.load("samples/face")
-    served = [start("particle-filter") for _ in range(2)]
-    for tracker in served:
-        tracker.init(sequence[0], sequence.boxes[0])
-    first, second = (tracker.update(sequence[1]).box.tolist() for tracker in served)
-    assert first != second
-
-
 DRAWING = """
 import random
 import numpy as np

@@ -6,10 +6,15 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.bench.metrics.artificial_runs import truth_of
-from trackmark.bench.metrics.centre_error import centre_error, centre_inside, centres
+from trackmark.bench.metrics.boxes import (
+    centre_error,
+    centre_inside,
+    centres,
+    is_well_formed,
+    overlap,
+)
 from trackmark.bench.metrics.interface import RunEstimates
 from trackmark.bench.metrics.loss import LOSS_FRAMES, first_loss
-from trackmark.bench.metrics.overlap import is_well_formed, overlap
 from trackmark.bench.metrics.sets.native import score_run
 
 numbers = st.floats(-200, 200, allow_nan=False)

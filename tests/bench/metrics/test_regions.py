@@ -75,13 +75,6 @@ def test_tolerance_is_rounded_up_to_whole_pixels():
     assert contour_accuracy(disc(160, 120, 46), disc(160, 120, 40)) == 0.0
 
 
-def test_memory_layout_of_masks_does_not_matter():
-    moved = rectangle(15, 12, 20, 20)
-    spread = np.repeat(moved, 2, axis=0)
-    for estimate in (np.asfortranarray(moved), spread[::2], moved[::-1].copy()[::-1]):
-        assert contour_accuracy(estimate, SQUARE) == contour_accuracy(moved, SQUARE)
-
-
 @pytest.mark.parametrize("measure", [region_similarity, contour_accuracy])
 def test_masks_of_different_shapes_are_refused(measure):
     with pytest.raises(

@@ -33,7 +33,8 @@ SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 PARTS = [
     (
         "leaderboard",
-        {"rows": [ROW, EMPTY], "n_shown": 1, "n_sequences": 8, "notes": []},
+        {"shown": [ROW], "folded": [EMPTY], "title": "mean overlap", "n_sequences": 8}
+        | {"notes": []},
         [
             "over 8 sequences; thin line: ",
             f'<li class="marked" data-k="1"><a class="row" {LINK}><span class="who">* <span><b>b<',

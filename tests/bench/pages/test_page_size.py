@@ -23,7 +23,7 @@ def stored(folder, sequences, repetitions):
     experiment = Experiment("many", TRACKERS, sources, repetitions=repetitions)
     results = RunStore(folder / "many")
     plan = make_plan(experiment, results)
-    results.add_requests(plan.requested_runs())
+    results.add_requests(plan.requested)
     rng = np.random.default_rng(0)
     for number in range(len(sequences)):
         sequence = load(plan.sequences[number].source.spec)

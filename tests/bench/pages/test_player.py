@@ -24,8 +24,7 @@ from tests.bench.pages.reading import (
 from trackmark import datasets
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
-from trackmark.bench.metrics.centre_error import centre_error, centre_inside
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, centre_inside, overlap
 from trackmark.bench.pages import page as pages
 
 pytestmark = browser.needs_browser

@@ -21,7 +21,7 @@ from tests.bench.pages.reading import (
 from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
-from trackmark.bench.metrics.centre_error import centre_error
+from trackmark.bench.metrics.boxes import centre_error
 from trackmark.bench.metrics.interface import FrameState
 from trackmark.bench.pages.player_frames import ABSENT
 from trackmark.bench.store.runs import Runs

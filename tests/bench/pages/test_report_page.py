@@ -19,9 +19,9 @@ from tests.bench.pages.reading import (
     rows_of_sequences,
     stored_runs,
 )
+from trackmark.bench.analysis.published_sets import SETS
 from trackmark.bench.analysis.times import time_text
-from trackmark.bench.metrics.centre_error import centre_error
-from trackmark.bench.metrics.overlap import overlap
+from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.pages.content import Page, PageSection, PageTable
 from trackmark.bench.pages.page import card, write_page
 from trackmark.reports.tables import Cell, Table
@@ -329,11 +329,52 @@ def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
     heading = f"camshift has rank 2 of 4 by mean overlap on 6 scenes: {mean:.2f}."
     assert heading in page
     heat = Cells(page).tables["heat"]
-    columns = ["camshift", "static", "best published", "median published"]
+    columns = ["camshift", "static", "A (published)", "B (published)", "median published"]
     assert [cell["text"].strip() for cell in heat[0][1:]] == columns
-    assert [cell["text"] for cell in heat[-1][1:]][2:] == ["1.00", "0.50"]
+    assert [cell["text"] for cell in heat[-1][1:]][2:] == ["1.00", "0.00", "0.50"]
     wrong = trackmark("report", "results", "--published", "x.csv", "--json", status=2)
     assert "--published adds scores to a page" in wrong.stderr
+
+
+def test_published_trackers_have_the_metric_of_the_others(trackmark, workspace, otb):
+    otb(workspace / "data" / "Deer", 4)
+    trackmark("run", "--trackers", "static,camshift", "--sequences", "data/Deer", "--name", "mine")
+    trackmark("report", "results/mine", "--published", "otb100")
+    page = (workspace / "results" / "mine" / "report.html").read_text()
+    board = page.partition('<ol class="lead')[2].partition("</section>")[0]
+    rows = {
+        name.replace("<wbr>", ""): (note, value)
+        for name, note, value in re.findall(
+            r'<b>([^<]*)</b> <small>(.*?)</small>.*?<span class="value"><b>([\d.]+)</b>',
+            board,
+            re.S,
+        )
+    }
+    runs = tm.load_runs(workspace / "results" / "mine")
+    with_runs = runs.scored("otb", "one-pass").set_index("tracker")["mean_overlap"]
+    assert f"{with_runs['camshift']:.2f}" != f"{runs.means()['mean_overlap']['camshift']:.2f}"
+    with SETS["otb100"].file.open() as file:
+        theirs = {
+            row["tracker"]: float(row["mean_overlap"])
+            for row in csv.DictReader(file)
+            if row["sequence"] == "Deer"
+        }
+    overlaps = {**with_runs.to_dict(), **theirs}
+    assert {name: value for name, (_, value) in rows.items()} == {
+        name: f"{value:.2f}" for name, value in overlaps.items()
+    }
+    ranked = sorted(overlaps.values(), reverse=True)
+    assert rows["static"][0] == f"rank {ranked.index(with_runs['static']) + 1}"
+    best = max(theirs, key=theirs.__getitem__)
+    assert rows[best][0] == f"rank {ranked.index(theirs[best]) + 1}, published"
+    first, _, folded = board.partition("<details")
+    assert "29 more published trackers" in folded
+    assert first.count("<li") == 2 + 5
+    heat = Cells(page).tables["heat"]
+    assert float(heat[1][1]["text"].split()[0]) == pytest.approx(with_runs.max(), abs=0.005)
+    fold = page.partition('id="sequence-0"')[2].partition("</details>")[0]
+    assert f"Published: {best} {theirs[best]:.2f}, " in fold
+    assert f"highest: {with_runs.idxmax()}, {with_runs.max():.2f}" in fold
 
 
 @browser.needs_browser

@@ -13,9 +13,11 @@ from trackmark import datasets
 from trackmark.bench import papers as papers_package
 from trackmark.bench.evaluation.loop import run_protocol
 from trackmark.bench.experiments.tracker_spec import parse_tracker
-from trackmark.bench.papers import ReproductionOptions, cases, plan, reproduction
+from trackmark.bench.papers import ReproductionOptions, cases, paper
 from trackmark.bench.papers.measures import find_measure
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.papers.plan import experiments
+from trackmark.bench.papers.reproduction import make_report
+from trackmark.bench.store.run_store import RunStore
 from trackmark.trackers.camshift import CamShift
 
 SCENES = (200, *range(202, 213))  # of `plain/target`; scene 201 fails a criterion
@@ -53,7 +55,7 @@ headings = ["statement", "tracker"]
 [[main_table.rows]]
 labels = ["target kept", "static"]
 paper = "1 of 1"
-sequences = "target"
+sequence = "target"
 trackers = "static"
 claims = "TI-2"
 measures = "kept_to_end"
@@ -61,7 +63,7 @@ measures = "kept_to_end"
 [[main_table.rows]]
 labels = ["frames tracked", "camshift / static"]
 paper = "20 / 3 of 20"
-sequences = "target"
+sequence = "target"
 trackers = ["camshift", "static"]
 measures = "frames_on_target"
 total = 20
@@ -69,27 +71,24 @@ total = 20
 [[main_table.rows]]
 labels = ["smaller error", "camshift against static"]
 paper = "–"
-sequences = "target"
+sequence = "target"
 trackers = ["camshift", "static"]
 measures = "mean_error"
 compares = true
 
 [figure.figure-1]
-kind = "strip"
 caption = "Frames 1, 10 and 20 with both trackers."
 sequence = "target"
 trackers = ["camshift", "static"]
 frames = [1, 10, 20]
 
 [figure.figure-2]
-kind = "plot"
 caption = "Error of both trackers by frame."
 sequence = "target"
 trackers = ["camshift", "static"]
 quantity = "error"
 
 [figure.figure-10]
-kind = "function"
 caption = { figure-10 = "Two frames.", figure-10-later = "The later frame." }
 description = "Frames 1 and 10 of scene 200."
 function = "figures.two_frames"
@@ -136,7 +135,7 @@ scenes = 2
 columns = [
     { heading = "error", sequence = "target", tracker = "camshift", measure = "mean_error" },
     { heading = "kept of 2", sequence = "twice", tracker = "camshift", measure = "kept_to_end" }]
-rows = [{ choice = "16 bins", changed_options = { camshift = "hue_bins=16" } }]
+rows = ["16 bins"]
 """,
     "development.toml": """
 measure = "on_target"
@@ -190,7 +189,7 @@ def stored_runs(folder, trackers, sequences):
             assert results.add(run)
             key = run.identity
             versions[key.tracker, key.sequence, key.repetition, key.protocol] = key.version
-    results.add_requests(RequestedRuns(folder.name, versions))
+    results.add_requests(versions, folder.name)
     return set(versions)
 
 
@@ -203,8 +202,8 @@ class Tiny:
 
     @cached_property
     def paper(self):
-        """`Reproduction` of the tiny paper."""
-        return reproduction.Reproduction("tiny")
+        """The content of its files."""
+        return paper.read_paper("tiny")
 
     @cached_property
     def requested(self):
@@ -215,13 +214,14 @@ class Tiny:
                 experiment.trackers,
                 [source.spec for source in experiment.sequences],
             )
-            for experiment in self.paper.experiments(ReproductionOptions(with_sensitivity=True))
+            for experiment in experiments(self.paper, ReproductionOptions(with_sensitivity=True))
         }
 
     def report(self, **options):
         """Return a report; its figures lie in `results / "tiny"`."""
         options = ReproductionOptions(jobs=1, **options)
-        return self.paper.report(self.results, self.results / "tiny", options, self.requested)
+        folder = self.results / "tiny"
+        return make_report(self.paper, self.results, folder, options, self.requested)
 
 
 @pytest.fixture(scope="module")
@@ -236,7 +236,7 @@ def tiny(tmp_path_factory):
         patch.setattr(CamShift, "presets", presets)
         patch.setattr(papers_package, "FOLDER", papers)
         patch.setattr(papers_package, "__path__", [*papers_package.__path__, str(papers)])
-        patch.setattr(plan, "MAIN_SCENES", len(SCENES))
+        patch.setattr(paper, "MAIN_SCENES", len(SCENES))
         yield Tiny(papers / "tiny", tmp_path_factory.mktemp("results"))
     for name in [name for name in sys.modules if name.startswith("trackmark.bench.papers.tiny")]:
         del sys.modules[name]

@@ -8,7 +8,6 @@ from trackmark.bench import papers
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import cases, paper_names
 from trackmark.bench.papers.criteria import favoured, read_criteria
-from trackmark.bench.papers.tables import criteria_table
 
 RESULT_WORDS = re.compile(r"\b(lost|loses?|tracked|successful(ly)?|fails?|recovered)\b", re.I)
 """Words about the result of a tracker."""
@@ -74,29 +73,10 @@ def test_bounds_of_situation_and_difficulty_have_a_source(paper):
             assert SOURCE.search(criterion.sentence), criterion.sentence
 
 
-@pytest.mark.parametrize("paper", paper_names())
-def test_favoured_claims_have_an_identifier_of_the_paper(paper):
-    named = {claim for row in read_criteria(paper)[1] for claim in row.favours or ()}
-    assert favoured(paper) <= named
-    assert all(re.fullmatch(r"[A-Z]{2}-\d+", claim) for claim in named)
-
-
 def test_printed_outcome_favours_no_claim(write):
     write(OUTCOME)
     assert favoured("ab") == {"AB-1", "AB-2"}
     assert read_criteria("ab")[0] == {"s/video": 200, "s/video:others=exchanged": 400}
-
-
-def test_table_shows_kinds_and_favoured_claims(write):
-    write(OUTCOME)
-    table = criteria_table("ab")
-    kinds = [(row[0].text, row[2].text) for row in table.rows]
-    assert kinds == [
-        ("video", "outcome: AB-1, AB-2"),
-        ("video", "outcome"),
-        ("video", "situation"),
-        ("video:others=exchanged", "outcome: AB-1, AB-2"),
-    ]
 
 
 @pytest.mark.parametrize(

@@ -39,13 +39,7 @@ def test_options_are_used(name):
     unused = [
         parameter
         for parameter, origin in plugin.Parameters.origins().items()
-        if origin.kind == "option" and parameter not in preset_values
+        if origin == "option" and parameter not in preset_values
         if not is_set(parameter, text)
     ]
     assert not unused
-
-
-def test_parameters_are_found_in_specifications_and_dicts():
-    assert is_set("size", "plane_spread=0:size=2")
-    assert is_set("size", '{"size": 2}')
-    assert not is_set("size", 'half_size=2 {"half_size": 2} size of a box')

@@ -9,8 +9,9 @@ from tests.bench.papers.claim_entries import claim_text
 from trackmark.bench import papers
 from trackmark.bench.experiments.experiment import ExperimentError
 from trackmark.bench.papers import ReproductionOptions, cases
-from trackmark.bench.papers.paper import read_claims, read_paper, read_sensitivity
-from trackmark.bench.papers.reproduction import Reproduction
+from trackmark.bench.papers.development import read_sensitivity
+from trackmark.bench.papers.paper import read_claims, read_paper
+from trackmark.bench.papers.plan import experiments
 
 PAPER = """
 version = 1
@@ -18,7 +19,7 @@ title = "A paper"
 citation = "A. Author. A paper. 2000."
 method = "It tracks."
 finding = "It tracks here, too."
-{repetitions}
+{field}
 [trackers]
 "proposed" = "wang2010:particles=15"
 "CamShift" = "camshift:preset=recommended"
@@ -32,7 +33,7 @@ headings = ["sequence"]
 [[main_table.rows]]
 labels = "cup"
 paper = "1"
-sequences = "cup"
+sequence = "cup"
 trackers = "{tracker}"
 measures = "kept_to_end"
 """
@@ -42,7 +43,14 @@ CLAIM = {"sequences": "both", "trackers": ["proposed", "CamShift"], "test": "sha
 
 SENSITIVITY = """
 columns = [{ heading = "kept", sequence = "hand", tracker = "proposed", measure = "kept_to_end" }]
-rows = [{ choice = "N = 7", changed_options = { proposed = "particles=7" } }]
+rows = ["N = 7"]
+"""
+
+DEVELOPMENT = """
+measure = "kept_to_end"
+heading = "kept"
+runs = []
+candidates = [{ name = "N = 7", changed_options = { proposed = "particles=7" } }]
 """
 
 
@@ -55,11 +63,12 @@ def write(tmp_path, monkeypatch):
     folder = tmp_path / "wang2010"
     folder.mkdir()
 
-    def write(repetitions="repetitions = 3", tracker="CamShift", **claim):
-        text = PAPER.format(repetitions=repetitions, tracker=tracker)
+    def write(field="", tracker="CamShift", **claim):
+        text = PAPER.format(field=field, tracker=tracker)
         (folder / "paper.toml").write_text(text, "utf-8")
         (folder / "claims.toml").write_text(claim_text("AB-1", **CLAIM | claim), "utf-8")
         (folder / "sensitivity.toml").write_text(SENSITIVITY, "utf-8")
+        (folder / "development.toml").write_text(DEVELOPMENT, "utf-8")
         return read_paper("wang2010")
 
     return write
@@ -68,13 +77,12 @@ def write(tmp_path, monkeypatch):
 @pytest.mark.parametrize(
     ("fields", "file", "message"),
     [
-        ({"repetitions": "repetitions = 2"}, "paper.toml", "expected: an odd number"),
         (
             {"tracker": "Camshift"},
             "paper.toml, main_table.rows.0.trackers.0",
             "unknown tracker 'Camshift'; known: proposed, CamShift",
         ),
-        ({"repetitions": "colour = 1"}, "paper.toml", "colour: Extra inputs"),
+        ({"field": "colour = 1"}, "paper.toml", "colour: Extra inputs"),
         (
             {"sequences": "ball"},
             "claims.toml: claim AB-1, sequences.0",
@@ -102,10 +110,7 @@ def test_tracker_keeps_its_own_options_in_a_setting(write):
 
 def test_scenes_that_fail_the_criteria_are_skipped(write):
     hand = write().sequences["hand"]
-    assert hand.scenes(2, "background=face") == [
-        ("wang2010/hand:background=face:scene=200",),
-        ("wang2010/hand:background=face:scene=202",),
-    ]
+    assert hand.scenes(2) == [("wang2010/hand:scene=200",), ("wang2010/hand:scene=202",)]
     with pytest.raises(ExperimentError, match="40 scenes of hand are requested, but only 39 meet"):
         hand.scenes(40)
 
@@ -118,34 +123,31 @@ def test_group_has_the_passing_scenes_of_all_members(write):
 
 
 def test_claim_requests_both_settings_and_its_scenes(write):
-    write()
-    reproduction = Reproduction("wang2010")
-    by_name = {e.name: e for e in reproduction.experiments(ReproductionOptions())}
+    paper = write()
+    by_name = {e.name: e for e in experiments(paper, ReproductionOptions())}
     assert by_name.keys() == {"wang2010-cup", "wang2010-both"}
     both = by_name["wang2010-both"]
     assert len(both.sequences) == 2 * 24
-    assert both.repetitions == 3
     assert both.trackers == (
         "wang2010:preset=as-written:particles=15",
         "wang2010:preset=recommended:particles=15",
         "camshift:preset=recommended",
     )
-    (quick,) = reproduction.experiments(ReproductionOptions(quick=True))
-    assert (quick.name, len(quick.sequences), quick.repetitions) == ("wang2010-cup", 3, 1)
+    (quick,) = experiments(paper, ReproductionOptions(quick=True))
+    assert (quick.name, len(quick.sequences)) == ("wang2010-cup", 3)
 
 
 def test_claim_of_contributing_is_planned(tmp_path, monkeypatch):
     page = (Path(__file__).parents[3] / "CONTRIBUTING.md").read_text("utf-8")
     section = page.partition("### A claim")[2].partition("\n## ")[0]
     (text,) = re.findall(r"```toml\n(.*?)```", section, re.DOTALL)
-    reproduction = Reproduction("wang2010")
+    paper = read_paper("wang2010")
     (tmp_path / "wang2010").mkdir()
     (tmp_path / "wang2010" / "claims.toml").write_text(text, "utf-8")
     with monkeypatch.context() as patch:
         patch.setattr(papers, "FOLDER", tmp_path)
-        claims = read_claims("wang2010", reproduction.paper.names)
-    no_rows = reproduction.paper.main_table.model_copy(update={"rows": ()})
+        claims = read_claims("wang2010", paper.names)
+    no_rows = paper.main_table.model_copy(update={"rows": ()})
     update = {"claims": claims, "figure": {}, "main_table": no_rows}
-    reproduction.paper = reproduction.paper.model_copy(update=update)
-    (experiment,) = reproduction.experiments(ReproductionOptions())
+    (experiment,) = experiments(paper.model_copy(update=update), ReproductionOptions())
     assert (experiment.name, len(experiment.sequences)) == ("wang2010-hand", 12)

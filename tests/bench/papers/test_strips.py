@@ -26,17 +26,13 @@ def test_cut_outs_are_equally_large_and_around_the_target():
     windows = strip(boxes, boxes).windows
     # The widest target has 30 * 160 / 120 = 40 px at the shape of the frame; three times that.
     assert windows == [(14, 15, 120, 90), (0, 0, 120, 90), (40, 30, 120, 90)]
-
-
-def test_cut_out_of_an_absent_target_stays():
-    boxes = [[60, 50, 20, 20], [np.nan] * 4]
-    first, second = strip(boxes, boxes).windows
-    assert first == second
-
-
-def test_small_target_has_a_cut_out_of_minimum_size():
-    (window,) = strip([[80, 60, 4, 4]], [[80, 60, 4, 4]]).windows
-    assert window == (46, 35, 72, 54)
+    (small,) = strip([[80, 60, 4, 4]], [[80, 60, 4, 4]]).windows
+    assert small == (46, 35, 72, 54)
+    first, absent = strip([[60, 50, 20, 20], [np.nan] * 4], boxes).windows
+    assert absent == first
+    parts = [[40, 40], [50, 40], [50, 50], [np.nan, np.nan], [60, 60], [70, 60], [70, 70]]
+    (contour,) = strip([parts], [parts], "contour").windows
+    assert contour == (0, 10, 120, 90)  # three times 30 px at the shape of the frame
 
 
 def test_estimate_is_drawn_where_it_is_in_the_frame():
@@ -56,12 +52,6 @@ def test_dot_at_the_edge_marks_an_estimate_outside():
     rows, columns = np.nonzero(blue)
     assert columns.min() > tile.shape[1] - 20
     assert rows.mean() == pytest.approx(25 * tile.shape[1] / one_frame.windows[0][2], abs=1)
-
-
-def test_contour_with_two_parts_is_cut_out_as_a_whole():
-    parts = [[40, 40], [50, 40], [50, 50], [np.nan, np.nan], [60, 60], [70, 60], [70, 70]]
-    (window,) = strip([parts], [parts], "contour").windows
-    assert window == (0, 10, 120, 90)  # three times 30 px at the shape of the frame
 
 
 def test_picture_has_a_tile_per_frame_and_the_state_in_the_paper():

@@ -1,13 +1,13 @@
 """Times of methods that take turns, and tables of times."""
 
+import importlib
 from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from trackmark.bench.evaluation import timed_clips
-from trackmark.bench.papers import timing
-from trackmark.bench.papers.measures import paper_module
+from trackmark.bench.papers import scene_values, timing
 from trackmark.bench.papers.multipart import timing as multipart
 from trackmark.bench.papers.nummiaro2003 import timing as nummiaro2003
 from trackmark.bench.papers.paper import read_paper
@@ -65,20 +65,9 @@ def test_ratio_of_turns_ignores_other_load(monkeypatch):
         np.testing.assert_allclose(times[name]["reference"], times[name]["fast"] / 2)
 
 
-def test_stretches_begin_with_true_boxes_over_the_scene():
-    sequence = timing.datasets.load(NAME)
-    excerpts = open_excerpts("target", NAME, 3, stretches=3)
-    for (name, images, box), first in zip(excerpts, (0, 8, 16), strict=True):
-        assert (name, len(images)) == ("target", 4)
-        np.testing.assert_array_equal(images[0], sequence[first])
-        np.testing.assert_array_equal(box, sequence.boxes[first])
-    ((_, images, _),) = open_excerpts("target", NAME, 1000)
-    assert len(images) == 20
-
-
 @pytest.fixture
 def ask(monkeypatch, tmp_path, without_processes):
-    """Ask for the times of a tracker on a sequence, as a new process does; count measurements."""
+    """Ask for the times of a tracker on a sequence; count measurements."""
     measured = []
 
     def measure_scenes(*arguments, **options):
@@ -91,7 +80,6 @@ def ask(monkeypatch, tmp_path, without_processes):
     context = SimpleNamespace(paper=paper, folder=tmp_path)
 
     def times(tracker="static", frames=3):
-        monkeypatch.setattr(timing, "_measured", {})
         with without_processes():
             stored = timing.kept_times(context, tracker_methods, "", [tracker], ["target"], frames)
         np.testing.assert_array_equal(stored["target"]["reference"], Load.reference)
@@ -103,13 +91,10 @@ def ask(monkeypatch, tmp_path, without_processes):
 def test_times_are_stored_until_what_is_timed_changes(ask, monkeypatch):
     assert [ask(), ask()] == [1, 1]
     assert [ask("camshift"), ask("camshift"), ask(frames=4)] == [2, 2, 3]
-    monkeypatch.setattr(timing, "source_digest", lambda file, package: ("other", {}))
+    monkeypatch.setattr(scene_values, "source_digest", lambda file, package: ("other", {}))
     assert [ask(), ask()] == [4, 4]
-
-
-def test_times_of_a_loaded_machine_are_not_stored(ask, monkeypatch):
-    monkeypatch.setattr(Load, "reference", (1.0, 1.2, 1.2, 1.3))
-    assert [ask(), ask()] == [1, 2]
+    monkeypatch.setattr(Load, "reference", (1.0, 1.2, 1.2, 1.3))  # of a loaded machine
+    assert [ask(frames=5), ask(frames=5)] == [5, 6]
 
 
 @pytest.mark.parametrize(
@@ -145,13 +130,8 @@ def simulated_times(context, methods, setting, names, sequences, *_):
 
 @pytest.mark.parametrize("paper", ["multipart", "nguyen2002", "nummiaro2003", "wang2010"])
 def test_table_of_times_has_a_cell_per_heading(paper, monkeypatch):
-    module = paper_module(paper, "timing")
+    module = importlib.import_module(f"trackmark.bench.papers.{paper}.timing")
     monkeypatch.setattr(module, "kept_times", simulated_times)
     table = module.time_table(SimpleNamespace(paper=read_paper(paper)))
     assert table.rows
     assert {len(row) for row in table.rows} == {len(table.headings)}
-
-
-def test_weighting_is_the_share_that_a_second_weighting_adds():
-    times = {"once": np.array([5e-3, 4e-3]), "twice": np.array([8e-3, 3e-3])}
-    assert nummiaro2003._weighting(times) == pytest.approx([0.6, 0.0])

@@ -22,7 +22,7 @@ from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.trackers import Estimate
 
@@ -69,6 +69,7 @@ def test_protocols_are_found_by_file_and_keep_defaults():
     files = {path.stem for path in Path(protocols.__file__).parent.glob("*.py")} - {"__init__"}
     assert {name.replace("-", "_") for name in protocols.names()} == files
     assert {name: dict(parse_protocol(name)) for name in protocols.names()} == DEFAULTS
+    assert [parse_protocol(name).key for name in protocols.names()] == protocols.names()
 
 
 @every_protocol
@@ -80,13 +81,6 @@ def test_definition_of_protocol_is_complete(name):
     assert len(definition["definition"]) > 200
     assert all(parameter["meaning"] for parameter in definition["parameters"])
     assert can_score(definition["metrics"], parse_protocol(name).key)
-
-
-@every_protocol
-def test_text_of_protocol_is_parsed_to_an_equal_protocol(name):
-    protocol = parse_protocol(name)
-    assert protocol.key == name
-    assert parse_protocol(protocol.key) == protocol
 
 
 def test_parameters_are_parsed_and_checked():
@@ -142,7 +136,7 @@ def test_run_is_repeatable_alone_and_next_to_others(name, sequence):
 def test_stored_run_is_read_back_unchanged(name, sequence, tmp_path):
     (run,) = runs_by(name, sequence, Confident)
     results = RunStore(tmp_path / "trial")
-    results.add_requests(RequestedRuns("", {}))
+    results.add_requests({})
     assert results.add(run)
     read = results.read(run_key(run.identity))
     for frames, expected in zip(read.segments, run.segments, strict=True):
@@ -188,7 +182,7 @@ def test_runs_by_unknown_protocol_are_read_but_not_judged(sequence, tmp_path):
     (run,) = runs_by("one-pass", sequence, Walker)
     unknown = replace(run, identity=replace(run.identity, protocol="of-tomorrow:knob=1"))
     results = RunStore(tmp_path / "trial")
-    results.add_requests(RequestedRuns("", {}))
+    results.add_requests({})
     add_truth_of(results.folder, sequence)
     results.add(unknown)
     (row,) = Runs.open(results.folder).stored_rows

@@ -68,9 +68,7 @@ def test_frames_without_annotation_never_fail_nor_restart(make_sequence):
     assert scored["robustness"] == pytest.approx(np.exp(-30 / 20))
 
 
-@pytest.mark.parametrize(
-    ("frame", "state"), [(3, F), (3, S), (3, I), (3, 9), (5, T), (6, T), (6, F), (11, S)]
-)
+@pytest.mark.parametrize(("frame", "state"), [(3, F), (3, S), (3, I), (3, 9), (5, T), (6, F)])
 def test_forged_state_is_not_scored(make_sequence, frame, state):
     sequence = make_sequence(n=24)
     maker, _ = scripted(sequence, lost={5})

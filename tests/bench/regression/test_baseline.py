@@ -65,7 +65,7 @@ def test_written_baseline_is_read_unchanged(tmp_path):
     assert (tmp_path / "again.toml").read_bytes() == (tmp_path / "own.toml").read_bytes()
 
 
-@pytest.mark.parametrize("sign", ["\x7f", "\x00", "\x1b", "\x85", "\n", "\u2028", '"', "\\"])
+@pytest.mark.parametrize("sign", ["\x7f", "\x1b", "\n", '"', "\\"])
 def test_control_character_in_a_text_is_read_unchanged(tmp_path, sign):
     name = f"cup{sign}"
     stored = baseline(**{name: entry(path=f"data/{name}")})
@@ -89,43 +89,18 @@ LONG = "9" * 400
 REFUSED = [
     ("overlap = [0.5,", "overlap = [7.5,", f"{MINE}overlap.0: 7.5. Input should be less than"),
     ("overlap = [0.5,", "overlap = [nan,", f"{MINE}overlap.0: nan. Input should be a finite"),
-    ("overlap = [0.5,", f"overlap = [{LONG},", f"{MINE}overlap.0: 99999"),
     ("overlap = [0.5,", "overlap = [", f"{MINE}overlap: [0.5, 0.5, 0.5, 0.5, 0.5]. 5 values; exp"),
     ('box_digests = ["00000000",', "box_digests = [", f"{MINE}box_digests: ['00000001'"),
     ('{ fingerprint = "9f31c2aa", ', "{ ", f"{MINE}fingerprint: 'missing'. Field required"),
-    (
-        "{ fingerprint",
-        "{ mean_overlap = [7.5, 0], fingerprint",
-        f"{MINE}mean_overlap: [7.5, 0]. Extra",
-    ),
     ("repetitions = 6", "repetitions = 7", f"{MINE}overlap: [0.5, 0.5"),
     ("repetitions = 6", "repetitions = 5", "repetitions: 5. Input should be greater"),
     ("repetitions = 6", f"repetitions = {LONG * 11}", "own.toml: Exceeds the limit"),
-    (
-        "detectable_drop = 0.05",
-        "detectable_drop = inf",
-        "detectable_drop: inf. Input should be a finite",
-    ),
-    (
-        "detectable_drop = 0.05",
-        "detectable_drop = 0",
-        "detectable_drop: 0. Input should be greater",
-    ),
     ('"numpy" = "2.1"', '"numpy" = 2.1', "environment.numpy: 2.1. Input should be a valid string"),
     ("date = ", "date = 2026-11-22 # ", "accepted.0.date: datetime.date(2026, 11, 22). Input sh"),
-    ('reason = "x', 'reason = "x\x7f', "Illegal character '\\x7f'"),
     ("format = 1", "format = 7", "format: 7. This version reads format 1"),
     ("[specifications]", "[speeds]", "speeds: {'mine': 'a.py:as=mine'}. Extra inputs"),
     ("date = ", 'date = "2026-02-30" # ', "accepted.0.date: '2026-02-30'. Value error"),
-    ('reason = "x"', 'reason = ""', "accepted.0.reason: ''. String should have at least 1"),
-    ('tracker = "mine"', 'tracker = ""', "accepted.0.tracker: ''. String should have at least 1"),
     ('[trackers."static"]', '[trackers.""]', "String should have at least 1"),
-    ('"numpy" = ', '"" = ', "String should have at least 1"),
-    (
-        'overlap = [0.5, 0.5, 0.5, 0.5, 0.5, 0.5], box_digests = ["00000000", "00000001"',
-        'overlap = [0.5, 0.7, 0.5, 0.5, 0.5, 0.5], box_digests = ["00000000", "00000000"',
-        f"{MINE}overlap.1: 0.7. Another run with equal boxes has 0.5.",
-    ),
     (
         '[trackers."static"]\n"s0" = { fingerprint = "9f31c2aa"',
         '[trackers."static"]\n"s0" = { fingerprint = "00000000"',

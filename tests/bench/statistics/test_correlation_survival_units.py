@@ -38,12 +38,6 @@ def test_rank_correlation_interval_covers():
     assert 0.92 <= np.mean(covered) <= 0.98
 
 
-def test_survival_without_censoring_is_remaining_share():
-    survival = kaplan_meier([1, 2, 3, 4], [True] * 4)
-    assert survival.times.tolist() == [1, 2, 3, 4]
-    assert survival.shares == pytest.approx([0.75, 0.5, 0.25, 0])
-
-
 def test_censored_run_counts_until_its_end():
     # By hand: 5 at risk, one lost; one ends; 3 at risk, one lost.
     survival = kaplan_meier([1, 2, 3, 4, 4], [True, False, True, False, False])

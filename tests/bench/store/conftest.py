@@ -11,7 +11,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.store.keys import run_key
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 
 
@@ -47,16 +47,14 @@ def full_run(sequence, repetition=2):
 
 def request(results, *runs, title="Trial"):
     """Store the request of these runs."""
-    results.add_requests(
-        RequestedRuns(title, {run_key(r.identity): r.identity.version for r in runs})
-    )
+    results.add_requests({run_key(r.identity): r.identity.version for r in runs}, title)
 
 
 @pytest.fixture
 def results(tmp_path):
     """Return results without runs."""
     results = RunStore(tmp_path / "trial")
-    results.add_requests(RequestedRuns("Trial", {}))
+    results.add_requests({}, "Trial")
     return results
 
 

@@ -18,12 +18,10 @@ from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
-from trackmark.bench.store import run_rows
-from trackmark.bench.store import run_store as store_module
+from trackmark.bench.store import runs as runs_module
 from trackmark.bench.store.keys import ResultsError
 from trackmark.bench.store.maintenance import find_damage, merge_results
-from trackmark.bench.store.run_rows import StoredRuns
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
+from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import read_truth
 
@@ -111,20 +109,16 @@ def test_interrupted_transaction_is_undone_by_next_reader(several):
 @pytest.fixture(autouse=True)
 def _repeated_warnings():
     """Print warnings also if an earlier test has printed them."""
-    store_module._warn.cache_clear()
+    module.warn_of_damage.cache_clear()
 
 
 def contents(results):
     """Return everything that is stored, as text."""
     folder = results.folder
-    manifest = StoredRuns.read(results.folder).requests
-    runs = {cell: results.read(cell) for cell in results.list_keys()}
-    stored = [
-        manifest.title,
-        list(manifest.versions.items()),
-        Runs.open(results.folder).stored_rows,
-    ]
-    for cell, run in runs.items():
+    runs = Runs.open(results.folder)
+    stored = [runs.title, list(runs.requested.items()), runs.stored_rows]
+    for cell in results.list_keys():
+        run = results.read(cell)
         arrays = [run.boxes, run.visible, run.confidence, *run.details.values()]
         arrays += [array for named in run.arrays.values() for array in named.values()]
         arrays += [] if run.revised is None else [run.revised]
@@ -148,7 +142,7 @@ def damage(results, change, places, caplog):
         file.write_bytes(change(whole, place))
         messages = find_damage(results.folder)
         assert all(str(file) in message and "\n" not in message for message in messages)
-        store_module._warn.cache_clear()
+        module.warn_of_damage.cache_clear()
         caplog.clear()
         try:
             same = contents(results) == expected
@@ -223,14 +217,14 @@ def test_damaged_ground_truth_costs_only_its_runs(several, store, make_sequence,
 
 
 def test_damaged_requests_are_named_and_restored_by_repetition(several, caplog):
-    requests = StoredRuns.read(several.folder).requests
+    requested = Runs.unscored(several.folder).requested
     edit(several, "UPDATE metadata_of_file SET value = replace(value, 'Trial', 'Other')")
     assert len(Runs.open(several.folder).table) == 4
     (message,) = find_damage(several.folder)
     assert message in caplog.text
-    several.add_requests(requests)
+    several.add_requests(requested, "Trial")
     assert find_damage(several.folder) == []
-    assert StoredRuns.read(several.folder).requests == requests
+    assert Runs.unscored(several.folder).requested == requested
 
 
 @pytest.mark.parametrize("change", ["scores = '{}'", "sha256 = zeroblob(32)"])
@@ -282,7 +276,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
         connection.execute("PRAGMA max_page_count = 60")
         return connection
 
-    results.add_requests(RequestedRuns("", {}))
+    results.add_requests({})
     with monkeypatch.context() as patch:
         patch.setattr(module, "_open", limit)
         stored = 0
@@ -298,9 +292,7 @@ def test_full_disk_keeps_runs_readable_and_file_writable(tmp_path, monkeypatch):
 def write_some(folder, first):
     results = RunStore(folder)
     for number in range(first, first + 8):
-        results.add_requests(
-            RequestedRuns("", {("t", "s", number, "one-pass"): make_run(number).identity.version})
-        )
+        results.add_requests({("t", "s", number, "one-pass"): make_run(number).identity.version})
         assert results.add(make_run(number))
     return first
 
@@ -315,7 +307,7 @@ def test_two_commands_in_one_folder_lose_nothing(tmp_path):
         assert [future.result() for future in work] == [0, 100]
     numbers = [*range(8), *range(100, 108)]
     assert assert_whole(RunStore(folder), numbers) == 16
-    assert {cell[2] for cell in StoredRuns.read(folder).requests.versions} == set(numbers)
+    assert {cell[2] for cell in Runs.unscored(folder).requested} == set(numbers)
 
 
 def test_permanent_lock_is_reported(several, monkeypatch):
@@ -409,9 +401,9 @@ def test_merge_recovers_the_runs_of_a_damaged_index(several, tmp_path):
 def test_runs_are_unpacked_from_one_transaction(several, monkeypatch):
     """Runs that exceed the memory limit are read again; they are equal."""
     boxes = {}
-    for limit in (run_rows.MAX_KEPT, 0):
-        monkeypatch.setattr(run_rows, "MAX_KEPT", limit)
-        stored = StoredRuns.read(several.folder)
-        assert len(stored.runs) == (4 if limit else 0)
+    for limit in (runs_module.MAX_KEPT, 0):
+        monkeypatch.setattr(runs_module, "MAX_KEPT", limit)
+        stored = Runs.unscored(several.folder)
+        assert len(stored._runs) == (4 if limit else 0)
         boxes[limit] = [stored.run(key).boxes.tobytes() for key in several.list_keys()]
     assert len({*map(tuple, boxes.values())}) == 1

@@ -13,13 +13,14 @@ import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
 from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run
-from trackmark.bench.store import run_rows
+from trackmark.bench.store import run_rows, run_store
+from trackmark.bench.store import runs as runs_module
+from trackmark.bench.store.database import pack, unpack
 from trackmark.bench.store.keys import ResultsError, run_key
 from trackmark.bench.store.maintenance import find_damage, merge_results
-from trackmark.bench.store.packing import pack, unpack
-from trackmark.bench.store.run_rows import StoredRuns, list_runs, run_row, store_scores
-from trackmark.bench.store.run_store import RequestedRuns, RunStore
-from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.run_rows import run_row
+from trackmark.bench.store.run_store import RunStore
+from trackmark.bench.store.runs import Runs, list_runs, store_scores
 from trackmark.bench.store.truth import read_truth
 from trackmark.datasets.shapes import EncodedMask, Shapes
 
@@ -103,17 +104,17 @@ def test_ground_truth_is_read_unchanged(results, make_sequence):
 @given(CELLS, CELLS, CELLS)
 def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, second, gone):
     results = RunStore(tmp_path_factory.mktemp("asked"))
-    results.add_requests(RequestedRuns("First", dict.fromkeys(first, "1")))
-    results.add_requests(RequestedRuns("", dict.fromkeys(second, "2")))
+    results.add_requests(dict.fromkeys(first, "1"), "First")
+    results.add_requests(dict.fromkeys(second, "2"))
     series = {(t, s, p) for t, s, _, p in second}
     expected = {
         (t, s, r, p): "2" if (t, s, p) in series else "1"
         for t, s, r, p in dict.fromkeys([*first, *second])
     }
-    manifest = StoredRuns.read(results.folder).requests
-    assert (manifest.title, list(manifest.versions.items())) == ("First", list(expected.items()))
+    runs = Runs.unscored(results.folder)
+    assert (runs.title, list(runs.requested.items())) == ("First", list(expected.items()))
     results.remove(gone)
-    assert list(StoredRuns.read(results.folder).requests.versions) == [
+    assert list(Runs.unscored(results.folder).requested) == [
         cell for cell in expected if cell not in gone
     ]
     assert find_damage(results.folder) == []
@@ -121,7 +122,7 @@ def test_manifest_keeps_order_and_latest_versions(tmp_path_factory, first, secon
 
 def test_repeated_request_does_not_write(several):
     before = (several.folder / "runs.db").read_bytes()
-    several.add_requests(StoredRuns.read(several.folder).requests)
+    several.add_requests(Runs.unscored(several.folder).requested, "Trial")
     assert (several.folder / "runs.db").read_bytes() == before
 
 
@@ -129,7 +130,7 @@ def test_too_many_requests_are_refused(results, monkeypatch):
     monkeypatch.setattr("trackmark.bench.store.run_store.MAX_RUNS", 3)
     cells = {("a", "s", i, "one-pass"): "1" for i in range(4)}
     with pytest.raises(ResultsError, match=r"4 runs are requested .* at most 3\. .* --name"):
-        results.add_requests(RequestedRuns("", cells))
+        results.add_requests(cells)
 
 
 def test_late_run_never_replaces_a_finished_run(results, sequence):
@@ -187,7 +188,8 @@ def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, 
     with monkeypatch.context() as patch:
         patch.setattr(RunStore, "read", lambda *a: pytest.fail("a run was opened"))
         assert repr(Runs.open(results.folder).stored_rows) == repr(rows)
-    monkeypatch.setattr(run_rows, "_scorer_version", lambda: "another")
+    for module in (runs_module, run_store):
+        monkeypatch.setattr(module, "scorer_version", lambda: "another")
     monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
     assert [row["scores"] for row in Runs.open(results.folder).stored_rows] == [{"new": 1.0}]
     newer = of_version(run, "newer")
@@ -231,7 +233,7 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     assert merge_results([several.folder, other.folder], target) == (5, [])
     assert merge_results([other.folder], target) == (0, [])
     assert RunStore(target).list_keys() == sorted([*other.list_keys(), *several.list_keys()])
-    assert StoredRuns.read(target).requests.title == "Trial"
+    assert Runs.unscored(target).title == "Trial"
     assert find_damage(target) == []
     newer = RunStore(tmp_path / "newer")
     add_truth_of(newer.folder, sequence)
@@ -239,14 +241,6 @@ def test_merged_results_are_those_of_all_sources(several, sequence, store, tmp_p
     copied, (conflict,) = merge_results([newer.folder], target)
     assert copied == 0
     assert "camshift on line, repetition 0, differs between" in conflict
-
-
-def test_further_tables_of_earlier_versions_are_ignored(several):
-    with sqlite3.connect(several.folder / "runs.db") as database:
-        database.execute("CREATE TABLE log (id INTEGER PRIMARY KEY, content TEXT) STRICT")
-    database.close()
-    assert len(Runs.open(several.folder).table) == 4
-    assert find_damage(several.folder) == []
 
 
 def test_columns_are_readable_without_trackmark(several):
@@ -264,8 +258,8 @@ def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
         several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
     with pytest.raises(ResultsError, match=r"file/trial/runs\.db cannot be written"):
-        RunStore(tmp_path / "file" / "trial").add_requests(RequestedRuns("", {}))
-    assert list_runs(RunStore(tmp_path / "new")) == []
+        RunStore(tmp_path / "file" / "trial").add_requests({})
+    assert list_runs(tmp_path / "new") == []
     assert not (tmp_path / "new").exists()
 
 

@@ -30,7 +30,6 @@ from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.store.database import Database
 from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.maintenance import find_damage
-from trackmark.bench.store.run_rows import StoredRuns
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import load
@@ -151,7 +150,7 @@ class Experimenter(RuleBasedStateMachine):
         )
         goal, requested = self._goal(chosen, retry_failed)
         execution = Execution(chosen, self.output, retry_failed=retry_failed)
-        execution.executor = InProcessExecutor()
+        execution.cluster = InProcessExecutor()
         self._do(lambda: list(execution.rows()), killed_at, goal, requested)
 
     @rule(tracker=st.sampled_from(TRACKERS), killed_at=st.none() | st.integers(0, 8))
@@ -172,7 +171,7 @@ class Experimenter(RuleBasedStateMachine):
     @invariant()
     def stored_runs_are_the_expected_ones(self):
         assert self._stored_runs() == self.runs
-        assert dict(StoredRuns.read(self.results.folder).requests.versions) == self.requested
+        assert dict(Runs.unscored(self.results.folder).requested) == self.requested
 
     @invariant()
     def nothing_is_damaged(self):
@@ -255,7 +254,7 @@ class Experimenter(RuleBasedStateMachine):
                 stored_runs = self._stored_runs()
                 for cell in stored_runs.keys() | goal.keys() | self.runs.keys():
                     assert stored_runs.get(cell) in (self.runs.get(cell), goal.get(cell))
-                noted = dict(StoredRuns.read(self.results.folder).requests.versions)
+                noted = dict(Runs.unscored(self.results.folder).requested)
                 assert noted in (self.requested, requested)
                 self.runs, self.requested = stored_runs, noted
                 return

@@ -28,8 +28,6 @@ def misbehave(mode):
         sys.stderr.write("y" * 10_000_000)
     if mode in ("exit", "flood"):
         os._exit(7)
-    if mode == "signal":
-        os.abort()
     if mode == "hang":
         hang()
     if mode == "quit":
@@ -51,7 +49,7 @@ def main():
         f'a banner\n@@TRAX:hello "trax.version={version}" "trax.name=plain" "trax.image={image};" '
         f'"trax.region=rectangle;" "trax.channels={channels};"'
     )
-    regions = {"garbage": "nonsense,1", "nan": "nan,1,2,3", "special": "0"}
+    regions = {"garbage": "nonsense,1", "special": "0"}
     regions["spaces"] = '1," "2," "3," "4'
     answer, frame, region = "state" if version > 1 else "status", 0, ""
     for line in sys.stdin:

@@ -8,20 +8,6 @@ from trackmark.bench.papers.moreno2005.example import Setting
 from trackmark.bench.papers.moreno2005.figures import GRIDS, iteration
 
 
-def test_truth_returns_to_the_middle_and_stays_in_bounds():
-    still = Setting(1.0, (0.0, 0.0), (0.0, 0.0), (0.1, 0.1))
-    seen = example.trajectory(still, 50, np.random.default_rng(1))
-    expected = seen.start[0] * 0.95 ** np.arange(1, 51)
-    np.testing.assert_allclose(seen.truth[:, 0], expected)
-    np.testing.assert_array_equal(seen.observed, seen.truth)
-    wild = example.trajectory(
-        Setting(1.0, (2.0, 2.0), (0.1, 0.3), (0.1, 0.1)), 2000, np.random.default_rng(2)
-    )
-    for column, (low, high) in enumerate((example.POSITIONS, example.COLOURS)):
-        assert (wild.truth[:, column].min(), wild.truth[:, column].max()) == (low, high)
-    np.testing.assert_allclose((wild.observed - wild.truth).std(axis=0), [0.1, 0.3], rtol=0.05)
-
-
 def test_filters_have_the_posterior_of_a_grid():
     """Check a frame: p₁ ∝ prior · exp(-|c - z|/λ), and the same factor again in π₂, as printed."""
     setting = Setting(0.2, (0.05, 0.05), (0.2, 0.2), (0.05, 0.05))

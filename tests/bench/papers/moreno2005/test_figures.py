@@ -9,15 +9,10 @@ from matplotlib.figure import Figure
 from skimage import measure
 
 from trackmark import datasets
-from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.papers.moreno2005 import figures, stages
 from trackmark.bench.papers.moreno2005.colour_plots import (
-    Gaussians,
     colour_model_plot,
-    draw_gaussians,
-    oblique,
 )
-from trackmark.reports.figures import bare_figure
 from trackmark.trackers.contours.posterior import posterior
 
 SCENE = "plain/target:length=11"
@@ -31,40 +26,12 @@ def step():
         return stages.step_of("moreno2005", SCENE)
 
 
-def test_step_is_that_of_a_run(step):
-    run = evaluate_run("moreno2005", datasets.load(SCENE), keep_arrays=True)
-    for name, values in step.estimate.arrays.items():
-        np.testing.assert_array_equal(values, run.arrays[STEPS][name])
-
-
 def test_estimate_is_made_of_the_hypotheses(step):
     contours = step.contours
     mean = np.average(contours.states, axis=0, weights=contours.weights)
     np.testing.assert_allclose(mean, step.estimate.arrays["mean_contour"])
     supported = pd.Series(contours.weights).groupby(contours.attached).sum().idxmax()
     np.testing.assert_array_equal(step.posterior(supported), step.estimate.arrays["posterior"])
-
-
-@pytest.mark.parametrize("sign", [1, -1])
-def test_plane_is_seen_from_above_neither_edge_on_nor_head_on(sign):
-    plane = np.linalg.qr(np.array([[1.0, 0.2], [0.3, 1.0], [-0.4, 0.6]]))[0]
-    basis = plane[:, ::sign]
-    elevation, azimuth = np.radians(oblique(basis))
-    level = np.array([np.cos(azimuth), np.sin(azimuth)])
-    viewer = np.array([*np.cos(elevation) * level, np.sin(elevation)])
-    assert 0.3 < abs(viewer @ np.cross(*basis.T)) < 0.97
-    assert oblique(basis) == pytest.approx(oblique(plane))
-
-
-def test_ellipse_is_two_standard_deviations_from_its_mean():
-    axes = bare_figure("T", 3.0).subplots()
-    mean, covariance = np.array([0.2, 0.1]), np.array([[0.02, 0.012], [0.012, 0.01]])
-    draw_gaussians(axes, Gaussians(np.ones(1), mean[None], covariance[None]), "red")
-    (patch,) = axes.patches
-    unit = patch.get_path().vertices
-    rim = patch.get_patch_transform().transform(unit[np.isclose(np.hypot(*unit.T), 1)]) - mean
-    distances = np.sqrt(np.einsum("ni,ij,nj->n", rim, np.linalg.inv(covariance), rim))
-    np.testing.assert_allclose(distances, 2.0)
 
 
 def test_colour_model_has_the_posterior_of_each_colour():

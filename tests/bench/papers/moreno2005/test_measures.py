@@ -8,7 +8,7 @@ import pytest
 from tests.bench.papers import measured_runs
 from trackmark import datasets
 from trackmark.bench.papers.moreno2005.measures import JUMP
-from trackmark.bench.papers.moreno2005.scenes import contrast, edge_gain, posterior_map, started
+from trackmark.bench.papers.moreno2005.scenes import edge_gain
 
 value = measured_runs.values_of("moreno2005")
 
@@ -44,28 +44,6 @@ def test_tenth_frame_from_the_jump_decides(dips, lost):
 @pytest.fixture(scope="module")
 def scene():
     return datasets.load(SCENE)
-
-
-def test_contrast_is_the_distance_of_mean_colours():
-    image = np.full((60, 60, 3), 0, np.uint8)
-    mask = np.zeros((60, 60), bool)
-    mask[20:40, 20:40] = True
-    image[mask] = (255, 0, 0)
-    assert contrast(image, mask) == pytest.approx(1.0)
-
-
-def test_posterior_map_shows_the_target(scene):
-    before, mask = scene.mask(0), scene.mask(1)
-    posterior = posterior_map(scene[0], before, scene[1], np.random.default_rng(0))
-    assert posterior[mask].mean() > posterior[~mask].mean() + 0.4
-
-
-def test_starts_lie_near_the_contour():
-    contour = np.array([[20.0, 20.0], [40.0, 20.0], [40.0, 40.0], [20.0, 40.0]])
-    generator = np.random.default_rng(0)
-    starts = np.array([started(contour, generator) for _ in range(400)])
-    np.testing.assert_allclose(starts.mean(axis=0), contour, atol=0.4)
-    assert 1.5 < (starts - contour).std() < 2.5
 
 
 def test_edge_gain_is_a_difference_of_accuracies():

@@ -52,9 +52,8 @@ def test_overlap_is_with_the_region_of_the_start():
 def test_stored_run_is_judged_by_the_region_of_its_start(tmp_path):
     tracker, scene = "multipart:particles=2:init=full", "stress/twin:scene=0"
     requested = {"twin": stored_runs(tmp_path / "twin", [tracker], [scene])}
-    (stored,) = PaperRuns(tmp_path, requested, read_paper("multipart").frame_rules).measured_runs(
-        tracker, scene
-    )
+    runs = PaperRuns(tmp_path, requested, read_paper("multipart").frame_rules)
+    stored = runs.measured_run(tracker, scene)
     np.testing.assert_array_equal(stored.truth.boxes, stored.truth.regions["full"])
     assert stored.error[0] == pytest.approx(0.0)
 

@@ -82,4 +82,4 @@ def build_truth(*hidden, visible=0.0, off=None):
         visibility[first : last + 1] = visible
     if off is not None:
         attributes["lamp off"] = (np.arange(N) >= off[0]) & (np.arange(N) < off[1])
-    return StoredTruth("made", true_boxes(), {}, visibility, attributes, 25.0)
+    return StoredTruth("made", "", true_boxes(), {}, visibility, attributes, 25.0)

@@ -9,11 +9,9 @@ from math import sqrt
 import numpy as np
 import pytest
 
-from trackmark.bench.papers.wang2010.plain import PlainImprovedCamShift
 from trackmark.bench.papers.wang2010.plain_maps import (
     colour_bins,
     colour_map,
-    local_difference,
     make_template,
     mean_shift,
     motion_threshold,
@@ -70,13 +68,3 @@ def test_centre_rounded_off_an_edge_has_the_window_of_the_edge():
         moved = mean_shift(values, 12.5 + error, 9.0 + error, 6, 5, max_iterations=1)
         assert moved == exact
     assert mean_shift(values, 12.5 - 1e-6, 9.0, 6, 5, max_iterations=1) != exact
-
-
-def test_maps_forget_the_earlier_clip_at_initialisation():
-    images = [noise(seed) for seed in range(3)]
-    tracker = PlainImprovedCamShift()
-    for clip in (images, images[:2]):
-        tracker.init(clip[0], np.array([5.0, 5, 8, 8]))
-        for image in clip[1:]:
-            tracker.update(image)
-    assert np.array_equal(tracker.maps.difference, local_difference(images[1], images[0]))
