@@ -52,15 +52,13 @@ def execute_runs(
     on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
     *,
     progress: RunProgress | None = None,
-    temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
-    `on_row`: called with the row of each run. `progress`: progress of several executions,
-    which expects the runs of this execution. `temporary`: the caller removes the results folder, so
-    Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
-    the message is only added to `execution.errors`.
+    `on_row` is called with the row of each run. `progress` is that of several executions, and
+    expects the runs of this execution. Raises `SequenceError` if a sequence cannot be read. With
+    `keep_errors`, the message is only added to `execution.errors`.
     """
     try:
         with ExitStack() as stack:
@@ -78,7 +76,7 @@ def execute_runs(
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:
-        if not temporary:
+        if progress is None or progress.folder is not None:  # the caller keeps the runs
             from trackmark.bench.store.run_rows import list_runs
             from trackmark.bench.store.run_store import RunStore
 
@@ -100,22 +98,6 @@ def run_title(execution: "Execution") -> str:
     counts = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in counts)
     return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored_count}"
-
-
-def plan_and_execute(
-    experiment: Experiment,
-    options: ExecutionOptions,
-    opened_sequences: "OpenedSequences | None" = None,
-    progress: RunProgress | None = None,
-) -> "Execution":
-    """Plan an experiment and execute its missing runs; see `execute_runs`."""
-    execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
-    if progress is None:
-        print_remarks(execution)
-    else:  # a series of executions, most of them on the same sequences
-        progress.expect(execution)
-    execute_runs(execution, progress=progress)
-    return execution
 
 
 def print_remarks(*executions: "Execution") -> None:

@@ -101,9 +101,9 @@ execution_option = functools.partial(click.option, cls=GroupedOption, group="Exe
 
 def _use_layouts(context: click.Context, parameter: click.Parameter, file: Path | None) -> None:
     """Use the layouts of a file until the command ends, also in its worker processes."""
-    from trackmark.datasets.layouts import LAYOUT_VARIABLE, layouts
-
     if file is not None:
+        from trackmark.datasets.layouts import LAYOUT_VARIABLE, layouts
+
         os.environ[LAYOUT_VARIABLE] = str(file.resolve())
         context.call_on_close(lambda: os.environ.pop(LAYOUT_VARIABLE, None))
         layouts()  # raises an error for a wrong file

@@ -13,12 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import (
-    SafeStream,
-    below_messages,
-    print_coloured,
-    progress_stream,
-)
+from trackmark.bench.commands._terminal import SafeStream, print_coloured
 from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
@@ -151,22 +146,34 @@ def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
 class Progress(Protocol):
     """Callback with the work done so far, and the whole work if it was not known before."""
 
-    def __call__(self, done: int, total: int | None = None) -> None: ...
+    def __call__(self, done: int, n_total: int | None = None, /) -> None: ...
 
 
-def _bar(total: int | None, text: str = "", **settings: Any) -> Any:
-    """Return a bar in the last line of the terminal, followed by a text if there is space."""
+@contextmanager
+def _bar(total: int | None, work: str = "", delay: float = 0.0) -> Iterator[Any]:
+    """Show a bar in the last line of the terminal, followed by a text if there is space.
+
+    Within the context, all messages of the command are written above the bar.
+    """
     from tqdm import tqdm
 
-    return tqdm(
+    stream = sys.stderr
+    bar = tqdm(
         total=total,
-        desc=text,
-        file=progress_stream(),
-        bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
+        desc=work,
+        # Without escaping, for the control characters of the bar.
+        file=stream.through if isinstance(stream, SafeStream) else stream,
+        bar_format="[{bar:20}] {desc}" if columns(stream) >= _BAR_COLUMNS else "{desc}",
         ascii=".#",
         dynamic_ncols=True,
-        **settings,
+        delay=delay,
     )
+    SafeStream.bar = bar
+    try:
+        with bar:
+            yield bar
+    finally:
+        SafeStream.bar = None
 
 
 def _time_left(seconds: float, share: float) -> str:
@@ -182,22 +189,25 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
 
     A terminal has one bar at a time: within another bar, there are lines.
     """
-    hidden = _Screen.quiet or not _in_terminal() or SafeStream.bar is not None
-    began = time.monotonic()
-    with _bar(total, work, disable=hidden, delay=1.0) as bar, ExitStack() as lines:
-        count = lines.enter_context(report_slow_work(work)) if hidden else None
-        if not hidden:
-            lines.enter_context(below_messages(bar))
+    if _Screen.quiet or not _in_terminal() or SafeStream.bar is not None:
+        with report_slow_work(work) as count:
 
-        def update(done: int, total: int | None = None) -> None:
-            bar.total = total or bar.total
-            if bar.total and not hidden:
+            def count_done(done: int, n_total: int | None = None) -> None:
+                if n_total or total:
+                    count(done, n_total or total or 0)
+
+            yield count_done
+        return
+    began = time.monotonic()
+    with _bar(total, work, delay=1.0) as bar:
+
+        def update(done: int, n_total: int | None = None) -> None:
+            bar.total = n_total or bar.total
+            if bar.total:
                 left = _time_left(time.monotonic() - began, done / bar.total)
                 counts = f"{work}: {done}/{bar.total} {unit}s{left}"
                 bar.set_description_str(counts, refresh=False)
             bar.update(done - bar.n)
-            if count is not None and bar.total:
-                count(done, int(bar.total))
 
         yield update
 
@@ -206,11 +216,12 @@ class RunProgress:
     """Progress of the runs of a command, which may need several executions.
 
     A terminal shows a title and a bar. Elsewhere there is a line at the start, one after each
-    `INTERVAL`, and one at the end. Nothing is printed if no run is missing.
+    `INTERVAL`, and one at the end. Nothing is printed if no run is missing. `folder` is the results
+    folder; None if it is temporary.
     """
 
     def __init__(self, title: str, folder: Path | None = None) -> None:
-        self._title, self._folder = title, folder
+        self._title, self.folder = title, folder
         self._runs = self._work = self._done = self._failed = 0
         self._work_before = self._work_now = 0  # work done in earlier executions, and now
         self._ended, self._stack = threading.Event(), ExitStack()
@@ -233,7 +244,7 @@ class RunProgress:
         self._show()
         self._stack.close()
         if error_type is None and self._began and self._bar is None and not _Screen.quiet:
-            where = f", {self._folder}" if self._folder else ""
+            where = f", {self.folder}" if self.folder else ""
             print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
     def expect(self, *executions: "Execution") -> None:
@@ -253,7 +264,6 @@ class RunProgress:
         print_event("start", self._title)
         if _in_terminal():
             self._bar = self._stack.enter_context(_bar(self._work))
-            self._stack.enter_context(below_messages(self._bar))
             self._show()
         else:
             thread = threading.Thread(target=self._print_lines, daemon=True)

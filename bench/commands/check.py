@@ -266,8 +266,8 @@ def command(
         # --accept replaces scores; a slower tracker needs no new baseline.
         if result.verdict != "pass":
             worse = next((row for row in result.changes if row.is_regression), result.changes[0])
-            words = ["trackmark", "check", name, "--accept", worse.tracker, "--reason", "…"]
-            print_hint(f"Accept  {shlex.join(words)}  # replaces its scores")
+            accepting = ["trackmark", "check", name, "--accept", worse.tracker, "--reason", "…"]
+            print_hint(f"Accept  {shlex.join(accepting)}  # replaces its scores")
     return status
 
 

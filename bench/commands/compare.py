@@ -9,7 +9,7 @@ import click
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._execution import plan_and_execute
+from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
 from trackmark.bench.commands._imported_results import (
     imported_runs,
     parse_imported,
@@ -180,7 +180,9 @@ def command(
             repetitions=repetitions or Experiment.repetitions,
             protocol=protocol or ONE_PASS,
         )
-        execution = plan_and_execute(experiment, options)
+        execution = plan_experiment(experiment, options)
+        print_remarks(execution)
+        execute_runs(execution)
         print_hint(f"Runs are in {execution.folder}.")
         labels = [spec.label for spec in execution.plan.trackers.values()]
         runs = open_runs(execution.folder).select(execution.plan.requested_runs().versions)

@@ -164,14 +164,14 @@ def _experiment(
     specs = split_list(trackers or "")
     selected = matching_sequences(sequences, truth, specs) if sequences else ()
     options |= {"trackers": tuple(specs), "sequences": selected}
-    given = {field: value for field, value in options.items() if value}
+    changes = {field: value for field, value in options.items() if value}
     if base is None:
         name = default_name(specs, split_list(sequences or ""), truth)
-        return Experiment(**{"name": name} | given)
-    if "repetitions" in given:
+        return Experiment(**{"name": name} | changes)
+    if "repetitions" in changes:
         # --repetitions replaces the numbers of single trackers, too.
         base = replace(base, repetitions_by_tracker={})
-    return replace(base, **given)
+    return replace(base, **changes)
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:

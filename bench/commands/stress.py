@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import plan_and_execute
+from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     PATH,
     SPECIFICATION,
@@ -173,9 +173,11 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = plan_and_execute(
-                experiment, self.options, self.opened_sequences, progress=self.progress
+            execution = plan_experiment(
+                experiment, self.options, opened_sequences=self.opened_sequences
             )
+            self.progress.expect(execution)
+            execute_runs(execution, progress=self.progress)
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}

@@ -6,6 +6,7 @@ import importlib
 import inspect
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -122,25 +123,9 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
     with pytest.warns(RuntimeWarning, match=r"0004\.png.* Its runs are missing"):
         results = tm.evaluate(["static", Plain], [str(folder), line])
     assert [key[:2] for key in results] == [("static", "line"), ("Plain", "line")]
-    with pytest.raises(tm.datasets.SequenceError):
-        tm.evaluate("static", str(folder))
-
-
-def test_unreadable_sequences_raise_the_first_error(otb, tmp_path):
-    folders = [otb(tmp_path / name, 5) for name in ("One", "Two")]
-    for folder in folders:
-        (folder / "img" / "0004.png").write_bytes(b"no image")
+    other = shutil.copytree(folder, tmp_path / "Other")
     with pytest.raises(tm.datasets.SequenceError, match=r"0004\.png.*None of the 2 sequences can"):
-        tm.evaluate(["static", Plain], folders)
-
-
-def test_sequences_of_one_name_with_other_boxes_are_refused(make_sequence):
-    moved = make_sequence(n=6)
-    moved.boxes = moved.boxes + 1  # the fingerprint is that of the first one
-    with pytest.raises(
-        tm.datasets.SequenceError, match="two different sequences are called 'line'"
-    ):
-        tm.evaluate("static", [make_sequence(n=6), moved])
+        tm.evaluate("static", [folder, other])
 
 
 def test_exceptions_of_a_tracker_cost_its_own_runs(line):
@@ -357,16 +342,8 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         ([], {}, TrackerError, "no tracker is given"),
         ("statik", {}, TrackerError, "Did you mean 'static'"),
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
-        (Plain, {"repetitions": 1.5}, ValueError, "repetitions is 1.5. Expected: an integer of 1"),
         (Plain, {"seed": "a"}, ValueError, "seed is 'a'. Expected: an integer of 0"),
-        (
-            Plain,
-            {"repetitions": True},
-            ValueError,
-            "repetitions is True. Expected: an integer of 1",
-        ),
         (Plain, {"protocol": None}, TypeError, "protocol is None. Expected: a text, for example"),
-        (Plain, {"protocol": b"one-pass"}, TypeError, "protocol is b'one-pass'. Expected: a text"),
         (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
@@ -452,13 +429,9 @@ def test_arguments_of_other_types_are_rejected(line):
     ):
         with pytest.raises(TypeError, match=message):
             function(*arguments)
-
-
-@pytest.mark.parametrize("families", [3, [1, 2], ["ab", "c"]])
-def test_families_that_are_no_mapping_are_rejected(line, families):
-    results = tm.evaluate(["static", "camshift"], line)
-    with pytest.raises(TypeError, match=r"families=.*: expected a mapping from sequences"):
-        tm.compare(results, families=families)
+    for families in (3, ["ab", "c"]):
+        with pytest.raises(TypeError, match=r"families=.*: expected a mapping from sequences"):
+            tm.compare(tm.evaluate(["static", Plain], line), families=families)
 
 
 def test_key_error_lists_the_nearest_runs(line):
@@ -587,24 +560,14 @@ def test_other_ground_truth_of_equal_fingerprint_is_not_stored(make_sequence, tm
         add_truth_of(tmp_path / "trial", _moved(sequence, 1, sequence.fingerprint))
 
 
-class Followed:
-    """Tracker object whose comparison, text or attributes fail."""
-
-    def init(self, image, box):
-        self.box = box
-
-    def update(self, image):
-        return self.box
-
-
-class Incomparable(Followed):
+class Incomparable(Plain):
     __hash__ = None
 
     def __eq__(self, other):
         raise RuntimeError("no comparison")
 
 
-class ComparedAsArray(Followed):
+class ComparedAsArray(Plain):
     __hash__ = None
 
     def __eq__(self, other):
