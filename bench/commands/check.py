@@ -7,7 +7,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
-from functools import partial
 from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,9 +26,9 @@ from trackmark.bench.commands._options import (
     SPECIFICATION,
     Command,
     ExecutionOptions,
-    GroupedOption,
     IntegerRange,
     execution_options,
+    option_group,
     output_option,
     screen_options,
     selection_option,
@@ -50,8 +49,7 @@ if TYPE_CHECKING:
 EXIT_INCONCLUSIVE = 3
 
 
-decision_option = partial(click.option, cls=GroupedOption, group="Decision")
-baseline_option = partial(click.option, cls=GroupedOption, group="Baseline")
+decision_option, baseline_option = option_group("Decision"), option_group("Baseline")
 
 
 def _seconds(duration: str) -> float:

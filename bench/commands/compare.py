@@ -28,6 +28,7 @@ from trackmark.bench.commands._options import (
     matching_sequences,
     metrics_option,
     name_option,
+    option_group,
     output_option,
     parse_published,
     protocol_option,
@@ -35,8 +36,8 @@ from trackmark.bench.commands._options import (
     repetitions_option,
     results_of_option,
     screen_options,
+    sequences_option,
     split_list,
-    statistics_option,
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
@@ -56,12 +57,12 @@ if TYPE_CHECKING:
     from trackmark.reports.tables import ScoreMeasure
 
 
+statistics_option = option_group("Statistics")
+
+
 @click.command("compare", cls=Command)
 @click.argument("trackers", nargs=-1, type=SPECIFICATION)
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
 )
 @layout_option

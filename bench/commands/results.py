@@ -15,13 +15,13 @@ from trackmark.bench.commands._options import (
     SPECIFICATION,
     Command,
     execution_option,
-    input_option,
     json_option,
     matching_sequences,
     name_option,
     output_option,
     protocol_option,
     selection_option,
+    sequences_option,
     trajectory_option,
 )
 from trackmark.bench.commands._progress import (
@@ -282,11 +282,8 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
 
 @command.command("import")
 @click.argument("results", nargs=-1, required=True, metavar="NAME=PATH...", type=SPECIFICATION)
-@input_option(
-    "--sequences",
+@sequences_option(
     required=True,
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
     help="Comma-separated names, paths or patterns, as for `run`.",
 )
 @name_option(default="published")

@@ -30,6 +30,7 @@ from trackmark.bench.commands._options import (
     protocol_option,
     repetitions_option,
     screen_options,
+    sequences_option,
     split_list,
     truth_option,
 )
@@ -68,10 +69,7 @@ _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
     help="Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
     "FILE.toml:NAME of a file of trackers.",
 )
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     help="Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
 )
 @truth_option

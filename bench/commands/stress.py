@@ -21,6 +21,7 @@ from trackmark.bench.commands._options import (
     name_option,
     output_option,
     screen_options,
+    sequences_option,
     split_list,
 )
 from trackmark.bench.commands._progress import (
@@ -49,10 +50,7 @@ if TYPE_CHECKING:
     help="Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
     "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
 )
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     default="plain/target",
     help="Comma-separated names, paths or patterns; scenes vary unless one is named.",
 )
