@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +12,7 @@ from trackmark.bench.commands._progress import (
     RunProgress,
     print_event,
     print_message,
+    print_progress,
     report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment
@@ -67,7 +69,7 @@ def execute_runs(
                 progress = stack.enter_context(run_progress)
                 progress.expect(execution)
             progress.begin()
-            execution.on_error = progress.warn
+            execution.on_error = partial(print_progress, "ERROR")
             tasks = execution.tasks
             for row in execution.rows(progress.update):
                 if execution.tasks is not tasks:  # a tracker has turned out to be stochastic

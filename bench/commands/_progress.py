@@ -5,7 +5,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -88,6 +88,12 @@ def print_event(event: str, message: str) -> None:
     print_coloured(line, sys.stderr)
 
 
+def print_progress(event: str, message: str) -> None:
+    """Write a line as `print_event` does, except with --quiet."""
+    if not _Screen.quiet:
+        print_event(event, message)
+
+
 def _in_terminal() -> bool:
     """Return whether standard error is a terminal that can draw a bar."""
     can_draw = os.environ.get("TERM") != "dumb"
@@ -112,26 +118,32 @@ def rough_duration(seconds: float) -> str:
     return f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
 
 
+class Progress(Protocol):
+    """Callback with the work done so far, and the whole work if it was not known before."""
+
+    def __call__(self, done: int, n_total: int | None = None, /) -> None: ...
+
+
 @contextmanager
-def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
+def report_slow_work(work: str, total: int | None = None) -> Iterator[Progress]:
     """Print a line with the work and its progress if it takes longer than `NOTICE_DELAY`.
 
     The line is repeated: in a terminal at growing intervals, elsewhere after each `INTERVAL`.
     """
     progress = ""
-    done = threading.Event()
+    ended = threading.Event()
 
-    def count(n_done: int, n_total: int) -> None:
-        nonlocal progress
-        progress = f": {n_done} of {n_total}"
+    def count(done: int, n_total: int | None = None) -> None:
+        nonlocal progress, total
+        total = n_total or total
+        progress = f": {done} of {total}" if total else ""
 
     def watch() -> None:
         wait = NOTICE_DELAY
-        while not done.wait(wait):
+        while not ended.wait(wait):
             if progress or work not in _Screen.announced:
                 _Screen.announced.add(work)
-                if not _Screen.quiet:
-                    print_event("wait", f"{work}{progress} …")
+                print_progress("wait", f"{work}{progress} …")
             wait = min(2 * wait, INTERVAL) if _in_terminal() else INTERVAL
 
     thread = threading.Thread(target=watch, daemon=True)
@@ -139,14 +151,8 @@ def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
     try:
         yield count
     finally:
-        done.set()
+        ended.set()
         thread.join()
-
-
-class Progress(Protocol):
-    """Callback with the work done so far, and the whole work if it was not known before."""
-
-    def __call__(self, done: int, n_total: int | None = None, /) -> None: ...
 
 
 @contextmanager
@@ -190,13 +196,8 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
     A terminal has one bar at a time: within another bar, there are lines.
     """
     if _Screen.quiet or not _in_terminal() or SafeStream.bar is not None:
-        with report_slow_work(work) as count:
-
-            def count_done(done: int, n_total: int | None = None) -> None:
-                if n_total or total:
-                    count(done, n_total or total or 0)
-
-            yield count_done
+        with report_slow_work(work, total) as count:
+            yield count
         return
     began = time.monotonic()
     with _bar(total, work, delay=1.0) as bar:
@@ -243,9 +244,9 @@ class RunProgress:
         self._ended.set()
         self._show()
         self._stack.close()
-        if error_type is None and self._began and self._bar is None and not _Screen.quiet:
+        if error_type is None and self._began and self._bar is None:
             where = f", {self.folder}" if self.folder else ""
-            print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
+            print_progress("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
@@ -286,15 +287,7 @@ class RunProgress:
         message = f"{row['tracker']} on {row['sequence']}, {reason}"
         if len(self._failures) < _MAX_FAILURES and message not in self._failures:
             self._failures.append(message)
-            if not _Screen.quiet:
-                print_event("FAILED", f"FAILED  {message}" if _in_terminal() else message)
-
-    def warn(self, message: str) -> None:
-        """Print a message on a sequence that cannot be read."""
-        if self._bar is not None:
-            self._bar.clear()
-        if not _Screen.quiet:
-            print_event("ERROR", message)
+            print_progress("FAILED", f"FAILED  {message}" if _in_terminal() else message)
 
     def _show(self) -> None:
         if self._bar is not None:

@@ -186,10 +186,6 @@ def command(
     baseline = read_baseline(path)
     if (accept is None) != (not (reason or "").strip()):
         raise click.UsageError("--accept TRACKER requires --reason TEXT, and vice versa.")
-    if accept is not None and accept not in baseline.scores:
-        raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.scores)}."
-        )
     if accept is not None and (is_timed or repetitions is not None):
         raise click.UsageError("--accept cannot be combined with --timing or --repetitions.")
     if is_timed != (revision is not None):
@@ -197,21 +193,12 @@ def command(
             "--timing requires --revision REVISION, and vice versa: speeds are compared with those "
             "of a git revision."
         )
-    if repetitions is not None and repetitions > baseline.n_repetitions:
-        raise click.UsageError(
-            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
-            "of the baseline. Give fewer, or recreate the baseline with more."
-        )
+    before = _selected(baseline, trackers, sequences, accept, repetitions)
     sources = {score.source for row in baseline.scores.values() for score in row.values()}
     inputs = [path, *input_files(baseline.specs.values(), sources)]
     inputs += [] if family_file is None else [family_file]
     check_outputs({"--markdown": markdown, "--junit": junit}, inputs)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    if accept is None:
-        before = _selected(baseline, trackers, sequences)
-    else:
-        before = replace(baseline, scores={accept: baseline.scores[accept]})
-    before = before.with_repetitions(repetitions or baseline.n_repetitions)
     score_of_sequence = {
         sequence: score for row in before.scores.values() for sequence, score in row.items()
     }
@@ -269,15 +256,37 @@ def command(
     return status
 
 
-def _selected(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
-    """Return the part of the baseline that matches comma-separated patterns."""
+def _selected(
+    baseline: "Baseline",
+    trackers: str,
+    sequences: str,
+    accept: str | None,
+    repetitions: int | None,
+) -> "Baseline":
+    """Return the part of the baseline that is checked: with --accept, all entries of this tracker.
+
+    `trackers` and `sequences` are comma-separated patterns. Raises `UsageError` if the baseline
+    does not have what is selected.
+    """
+    if repetitions is not None and repetitions > baseline.n_repetitions:
+        raise click.UsageError(
+            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
+            "of the baseline. Give fewer, or recreate the baseline with more."
+        )
+    if accept is not None and accept not in baseline.scores:
+        raise click.UsageError(
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.scores)}."
+        )
     names = _with_canonical_names(split_list(sequences))
     scores = {
         tracker: {
-            name: score for name, score in row.items() if _fits(names, name, score.source.spec)
+            name: score
+            for name, score in row.items()
+            if accept is not None or _fits(names, name, score.source.spec)
         }
         for tracker, row in baseline.scores.items()
-        if _fits(split_list(trackers), tracker, baseline.specs[tracker])
+        if tracker == accept
+        or (accept is None and _fits(split_list(trackers), tracker, baseline.specs[tracker]))
     }
     scores = {tracker: row for tracker, row in scores.items() if row}
     if not scores:
@@ -286,7 +295,8 @@ def _selected(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline"
             f"{sequences!r}. Trackers: {_first_names(baseline.scores)}. Sequences: "
             f"{_first_names({name for row in baseline.scores.values() for name in row})}."
         )
-    return replace(baseline, scores=scores)
+    selected = replace(baseline, scores=scores)
+    return selected.with_repetitions(repetitions or baseline.n_repetitions)
 
 
 def _first_names(names: Collection[str]) -> str:
