@@ -80,7 +80,10 @@ statistics_option = option_group("Statistics")
 )
 @statistics_option("--margin", type=FiniteRange(0), help="Equivalence margin.")
 @statistics_option(
-    "--against", metavar="NAME", help="Compare only this tracker with every other tracker."
+    "--against",
+    metavar="NAME",
+    type=SPECIFICATION,
+    help="Compare only this tracker with every other tracker.",
 )
 @statistics_option(
     "--unit",

@@ -3,7 +3,7 @@
 import webbrowser
 from collections.abc import Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import click
 
@@ -39,6 +39,7 @@ from trackmark.bench.commands._terminal import print_result
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
     from trackmark.bench.analysis.by_attribute import AttributeReport
+    from trackmark.bench.pages.report import Commands
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
@@ -117,8 +118,8 @@ def command(
     """
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
-    from trackmark.bench.pages.report import Commands, write_report_page
-    from trackmark.bench.store.keys import ResultsError, experiment_folders
+    from trackmark.bench.pages.report import Commands
+    from trackmark.bench.store.keys import experiment_folders
 
     has_page = not no_pictures and (output is not None or not (as_json or form))
     if results is None and not (results_of and sequences):
@@ -174,24 +175,16 @@ def command(
         if has_page:
             page = target / "report.html"
             commands = Commands("" if runs.folder is None else str(runs.folder), arguments)
-            try:
-                with progress_bar("Drawing the report", None, "frame") as progress:
-                    files += write_report_page(
-                        runs,
-                        page,
-                        tables,
-                        title,
-                        commands,
-                        progress,
-                        with_full_frames=with_full_frames,
-                        figures=figures,
-                        published=published_scores,
-                    )
-            except OSError as error:
-                raise ResultsError(
-                    f"{error.filename}: {error.strerror}. Choose another folder with --output, or "
-                    "write no page with --no-pictures."
-                ) from error
+            files += _write_page(
+                runs,
+                page,
+                tables,
+                title,
+                commands,
+                with_full_frames=with_full_frames,
+                figures=figures,
+                published=published_scores,
+            )
             if opens_page and not webbrowser.open(page.absolute().as_uri()):
                 print_message(f"No browser was found. Open {page} yourself.")
         for line in list_written_files(files):
@@ -254,6 +247,28 @@ def _print_report(
         ]
     if rendered:
         click.echo("\n".join(rendered))
+
+
+def _write_page(
+    runs: "Runs",
+    page: Path,
+    tables: "list[Table]",
+    title: str,
+    commands: "Commands",
+    **page_options: Any,
+) -> list[Path]:
+    """Write the page and return its files; for `page_options`, see `write_report_page`."""
+    from trackmark.bench.pages.report import write_report_page
+    from trackmark.bench.store.keys import ResultsError
+
+    try:
+        with progress_bar("Drawing the report", None, "frame") as progress:
+            return write_report_page(runs, page, tables, title, commands, progress, **page_options)
+    except OSError as error:
+        raise ResultsError(
+            f"{error.filename}: {error.strerror}. Choose another folder with --output, or write no "
+            "page with --no-pictures."
+        ) from error
 
 
 def _print_left_out(experiments: "Sequence[Runs]") -> int:

@@ -63,6 +63,8 @@ if TYPE_CHECKING:
 )
 @input_option(
     "--against",
+    metavar="TEXT",
+    type=SPECIFICATION,
     default="camshift",
     help="Tracker by whose breaking points the others are divided.",
 )
