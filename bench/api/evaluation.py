@@ -12,7 +12,7 @@ from typing import Any
 
 from trackmark import datasets
 from trackmark.bench.analysis.run_summary import tracker_line
-from trackmark.bench.api.process_state import ProcessState
+from trackmark.bench.api.process_state import restored_process_state
 from trackmark.bench.api.run_bar import RunBar
 from trackmark.bench.api.runs import PrintedRuns, load_experiment, metrics_by_name
 from trackmark.bench.api.tracker_arguments import (
@@ -305,30 +305,14 @@ def _run_trackers(
 ) -> list[Run]:
     """Return the runs on a sequence."""
     passes = list(_passes(planned_runs, protocol_key))
+    runs: list[Run] = []
     with _one_thread, cached_frames(sequence) if len(passes) > 1 else nullcontext():
-        return [
-            run
-            for runs_of_pass in passes
-            for run in _run_pass(runs_of_pass, sequence, protocol_key, raise_errors, bar)
-        ]
-
-
-def _run_pass(
-    planned_runs: list[tuple[TrackerSpec, int]],
-    sequence: Sequence,
-    protocol_key: str,
-    raise_errors: bool,
-    bar: RunBar,
-) -> list[Run]:
-    """Return the runs of a pass, and restore the state of the process."""
-    before = ProcessState.current()
-    try:
-        with bar.running(len(planned_runs), sequence):
-            return run_protocol(
-                planned_runs, sequence, protocol_key, raise_errors=raise_errors, observer=bar
-            ).runs
-    finally:
-        before.restore()
+        for runs_of_pass in passes:
+            with restored_process_state(), bar.running(len(runs_of_pass), sequence):
+                runs += run_protocol(
+                    runs_of_pass, sequence, protocol_key, raise_errors=raise_errors, observer=bar
+                ).runs
+    return runs
 
 
 def _passes(

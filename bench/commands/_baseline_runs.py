@@ -1,8 +1,7 @@
 """Execution of the runs of a baseline, and a second run of repetition 0 in fresh processes."""
 
 import os
-from collections.abc import Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -15,6 +14,7 @@ from trackmark.bench.commands._progress import (
     print_corner_hints,
     print_message,
 )
+from trackmark.bench.commands._terminal import environment_variable
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.temporary_paths import temporary_folder
@@ -51,7 +51,8 @@ class BaselineRunner:
         """
         if not sequences:
             return {}
-        with temporary_folder() as folder, _other_hash_seed():
+        other_seed = "2" if os.environ.get(_HASH_SEED) == "1" else "1"
+        with temporary_folder() as folder, environment_variable(_HASH_SEED, other_seed):
             local = replace(self.options, results_root=folder, backend="local", address=None)
             return replace(self, options=local).run(sequences, 1, temporary=True)
 
@@ -90,7 +91,7 @@ class BaselineRunner:
         with RunProgress(title, None if temporary else self.folder) as progress:
             progress.expect(*executions)
             for execution in executions:
-                execute_runs(execution, progress=progress, temporary=temporary)
+                execute_runs(execution, progress=progress)
         # Only runs can show that a tracker is stochastic.
         counts = {
             spec.label: count
@@ -125,19 +126,6 @@ class BaselineRunner:
                     f"{sequence.name}: the pixels or the ground truth have changed since the "
                     f"baseline was made. Restore the sequence, {remedy}"
                 )
-
-
-@contextmanager
-def _other_hash_seed() -> Iterator[None]:
-    """Set another `PYTHONHASHSEED` for processes that are started within the context."""
-    before = os.environ.get(_HASH_SEED)
-    os.environ[_HASH_SEED] = "2" if before == "1" else "1"
-    try:
-        yield
-    finally:
-        del os.environ[_HASH_SEED]
-        if before is not None:
-            os.environ[_HASH_SEED] = before
 
 
 def unrepeatable_runs(

@@ -54,11 +54,8 @@ class DrawingFiles:
         read: Callable[[], Drawing],
         write: Callable[[Drawing], object],
     ) -> None:
-        self.target, self.draft, self.video = (
-            target,
-            target.with_name(f"{target.name}.draft"),
-            video,
-        )
+        self.target, self.video = target, video
+        self.draft = target.with_name(f"{target.name}.draft")
         self.saved = self.drawing = Drawing()
         self.version = 0
         self._check, self._read, self._write = check, read, write

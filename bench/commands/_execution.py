@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from contextlib import ExitStack
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -11,6 +12,7 @@ from trackmark.bench.commands._progress import (
     RunProgress,
     print_event,
     print_message,
+    print_progress,
     report_slow_work,
 )
 from trackmark.bench.experiments.experiment import Experiment
@@ -52,15 +54,13 @@ def execute_runs(
     on_row: Callable[[Mapping[str, Any]], None] = lambda _: None,
     *,
     progress: RunProgress | None = None,
-    temporary: bool = False,
     keep_errors: bool = False,
 ) -> None:
     """Execute the missing runs of a plan; Ctrl-C prints how many runs are stored and where.
 
-    `on_row`: called with the row of each run. `progress`: progress of several executions,
-    which expects the runs of this execution. `temporary`: the caller removes the results folder, so
-    Ctrl-C prints nothing. Raises `SequenceError` if a sequence cannot be read. With `keep_errors`,
-    the message is only added to `execution.errors`.
+    `on_row` is called with the row of each run. `progress` is that of several executions, and
+    expects the runs of this execution. Raises `SequenceError` if a sequence cannot be read. With
+    `keep_errors`, the message is only added to `execution.errors`.
     """
     try:
         with ExitStack() as stack:
@@ -69,7 +69,7 @@ def execute_runs(
                 progress = stack.enter_context(run_progress)
                 progress.expect(execution)
             progress.begin()
-            execution.on_error = progress.warn
+            execution.on_error = partial(print_progress, "ERROR")
             tasks = execution.tasks
             for row in execution.rows(progress.update):
                 if execution.tasks is not tasks:  # a tracker has turned out to be stochastic
@@ -78,7 +78,7 @@ def execute_runs(
                 progress.add(row)
                 on_row(row)
     except KeyboardInterrupt:
-        if not temporary:
+        if progress is None or progress.folder is not None:  # the caller keeps the runs
             from trackmark.bench.store.runs import list_runs
 
             _, message = progress_since(execution, list_runs(execution.folder))
@@ -99,22 +99,6 @@ def run_title(execution: "Execution") -> str:
     counts = (len(plan.trackers), "tracker"), (len(plan.sequences), "sequence"), (missing, "run")
     trackers, sequences, runs = (f"{n} {noun}{'s' * (n != 1)}" for n, noun in counts)
     return f"{execution.experiment.name}: {trackers} on {sequences}, {runs}{replaced}{stored_count}"
-
-
-def plan_and_execute(
-    experiment: Experiment,
-    options: ExecutionOptions,
-    opened_sequences: "OpenedSequences | None" = None,
-    progress: RunProgress | None = None,
-) -> "Execution":
-    """Plan an experiment and execute its missing runs; see `execute_runs`."""
-    execution = plan_experiment(experiment, options, opened_sequences=opened_sequences)
-    if progress is None:
-        print_remarks(execution)
-    else:  # a series of executions, most of them on the same sequences
-        progress.expect(execution)
-    execute_runs(execution, progress=progress)
-    return execution
 
 
 def print_remarks(*executions: "Execution") -> None:

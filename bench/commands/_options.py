@@ -28,6 +28,8 @@ EXISTING_FILE = click.Path(path_type=Path, exists=True, dir_okay=False)
 OUTPUT_FILE = click.Path(path_type=Path, dir_okay=False)
 SPECIFICATION = click.Path(readable=False)  # a text; the shell completes names of files in it
 
+_Function = Callable[..., Any]
+
 LAST_GROUPS = ("Output", "Execution", "Other")
 """Groups of options that help texts list after all other groups, in this order."""
 
@@ -92,18 +94,22 @@ class Command(click.Command):
         return super().invoke(ctx)
 
 
-input_option = functools.partial(click.option, cls=GroupedOption, group="Input")
-selection_option = functools.partial(click.option, cls=GroupedOption, group="Selection")
-statistics_option = functools.partial(click.option, cls=GroupedOption, group="Statistics")
-output_option = functools.partial(click.option, cls=GroupedOption, group="Output")
-execution_option = functools.partial(click.option, cls=GroupedOption, group="Execution")
+def option_group(name: str) -> Callable[..., Callable[[_Function], _Function]]:
+    """Return `click.option` for the options of a group."""
+    return functools.partial(click.option, cls=GroupedOption, group=name)
+
+
+input_option = option_group("Input")
+selection_option = option_group("Selection")
+output_option = option_group("Output")
+execution_option = option_group("Execution")
 
 
 def _use_layouts(context: click.Context, parameter: click.Parameter, file: Path | None) -> None:
     """Use the layouts of a file until the command ends, also in its worker processes."""
-    from trackmark.datasets.layouts import LAYOUT_VARIABLE, layouts
-
     if file is not None:
+        from trackmark.datasets.layouts import LAYOUT_VARIABLE, layouts
+
         os.environ[LAYOUT_VARIABLE] = str(file.resolve())
         context.call_on_close(lambda: os.environ.pop(LAYOUT_VARIABLE, None))
         layouts()  # raises an error for a wrong file
@@ -142,6 +148,9 @@ def memory_size(size: str) -> int:
         ) from None
 
 
+sequences_option = functools.partial(
+    input_option, "--sequences", metavar="SEQUENCES", type=SPECIFICATION
+)
 truth_option = input_option(
     "--truth",
     type=EXISTING_FILE,
@@ -207,7 +216,7 @@ jobs_option = execution_option(
 )
 
 
-def screen_options(function: Callable[..., Any]) -> Callable[..., Any]:
+def screen_options(function: _Function) -> _Function:
     """Add the options of commands that print an answer and tables."""
     verbose_option = output_option("--verbose", is_flag=True, help="Print all tables.")
     return json_option(verbose_option(quiet_option(function)))
@@ -224,7 +233,7 @@ class ExecutionOptions:
     address: str | None = None
 
 
-def execution_options(function: Callable[..., Any]) -> Callable[..., Any]:
+def execution_options(function: _Function) -> _Function:
     """Add the options of commands that execute runs, which get them as `options`."""
 
     @output_option(

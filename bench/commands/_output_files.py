@@ -15,38 +15,31 @@ if TYPE_CHECKING:
 def check_outputs(outputs: Mapping[str, Path | None], inputs: Iterable[Path] = ()) -> None:
     """Raise `UsageError` if two outputs are one file, or if an output would replace an input.
 
-    `outputs`: files by option. `inputs`: files and folders that the command reads; a new file in a
-    folder is allowed. Devices such as `/dev/null` can be written twice.
+    `outputs` has files by option. `inputs` are existing files and folders that the command reads; a
+    new file in a folder is allowed. Devices such as `/dev/null` can be written twice.
     """
     files = {option: path for option, path in outputs.items() if path is not None}
     for (first, path), (second, other) in combinations(files.items(), 2):
-        if _same_file(path, other):
+        if _is_same_file(path, other):
             raise click.UsageError(
                 f"{first} and {second} name the same file, {path}. Give two files."
             )
     for option, path in files.items():
         for source in inputs:
-            inside = _exists(path) and _real(source) in _real(path).parents
-            if inside or (_exists(source) and _same_file(path, source)):
+            is_inside = _real(source) in _real(path).parents and path.exists()
+            if is_inside or _is_same_file(path, source):
                 raise click.UsageError(
                     f"{option}: {path} is an input of this command and would be overwritten. "
                     "Give another file."
                 )
 
 
-def _same_file(first: Path, second: Path) -> bool:
+def _is_same_file(first: Path, second: Path) -> bool:
     """Return whether two paths lead to one file, also through links; False for devices."""
-    if _exists(first) and _exists(second):
-        return first.samefile(second) and (first.is_file() or first.is_dir())
-    return _real(first) == _real(second)
-
-
-def _exists(path: Path) -> bool:
-    """Return whether a path exists; False if its name is too long or leads to a loop of links."""
     try:
-        return path.exists()
-    except OSError:
-        return False
+        return first.samefile(second) and (first.is_file() or first.is_dir())
+    except OSError:  # one does not exist, has a name that is too long, or is a loop of links
+        return _real(first) == _real(second)
 
 
 def _real(path: Path) -> Path:

@@ -5,7 +5,7 @@ import os
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
 from types import TracebackType
@@ -13,12 +13,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Protocol, Self
 
 import click
 
-from trackmark.bench.commands._terminal import (
-    SafeStream,
-    below_messages,
-    print_coloured,
-    progress_stream,
-)
+from trackmark.bench.commands._terminal import SafeStream, print_coloured
 from trackmark.reports.printable import columns
 
 if TYPE_CHECKING:
@@ -93,6 +88,12 @@ def print_event(event: str, message: str) -> None:
     print_coloured(line, sys.stderr)
 
 
+def print_progress(event: str, message: str) -> None:
+    """Write a line as `print_event` does, except with --quiet."""
+    if not _Screen.quiet:
+        print_event(event, message)
+
+
 def _in_terminal() -> bool:
     """Return whether standard error is a terminal that can draw a bar."""
     can_draw = os.environ.get("TERM") != "dumb"
@@ -117,26 +118,32 @@ def rough_duration(seconds: float) -> str:
     return f"{round(seconds / 60)} min" if 90 < seconds < 3600 else duration(seconds)
 
 
+class Progress(Protocol):
+    """Callback with the work done so far, and the whole work if it was not known before."""
+
+    def __call__(self, done: int, n_total: int | None = None, /) -> None: ...
+
+
 @contextmanager
-def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
+def report_slow_work(work: str, total: int | None = None) -> Iterator[Progress]:
     """Print a line with the work and its progress if it takes longer than `NOTICE_DELAY`.
 
     The line is repeated: in a terminal at growing intervals, elsewhere after each `INTERVAL`.
     """
     progress = ""
-    done = threading.Event()
+    ended = threading.Event()
 
-    def count(n_done: int, n_total: int) -> None:
-        nonlocal progress
-        progress = f": {n_done} of {n_total}"
+    def count(done: int, n_total: int | None = None) -> None:
+        nonlocal progress, total
+        total = n_total or total
+        progress = f": {done} of {total}" if total else ""
 
     def watch() -> None:
         wait = NOTICE_DELAY
-        while not done.wait(wait):
+        while not ended.wait(wait):
             if progress or work not in _Screen.announced:
                 _Screen.announced.add(work)
-                if not _Screen.quiet:
-                    print_event("wait", f"{work}{progress} …")
+                print_progress("wait", f"{work}{progress} …")
             wait = min(2 * wait, INTERVAL) if _in_terminal() else INTERVAL
 
     thread = threading.Thread(target=watch, daemon=True)
@@ -144,29 +151,35 @@ def report_slow_work(work: str) -> Iterator[Callable[[int, int], None]]:
     try:
         yield count
     finally:
-        done.set()
+        ended.set()
         thread.join()
 
 
-class Progress(Protocol):
-    """Callback with the work done so far, and the whole work if it was not known before."""
+@contextmanager
+def _bar(total: int | None, work: str = "", delay: float = 0.0) -> Iterator[Any]:
+    """Show a bar in the last line of the terminal, followed by a text if there is space.
 
-    def __call__(self, done: int, total: int | None = None) -> None: ...
-
-
-def _bar(total: int | None, text: str = "", **settings: Any) -> Any:
-    """Return a bar in the last line of the terminal, followed by a text if there is space."""
+    Within the context, all messages of the command are written above the bar.
+    """
     from tqdm import tqdm
 
-    return tqdm(
+    stream = sys.stderr
+    bar = tqdm(
         total=total,
-        desc=text,
-        file=progress_stream(),
-        bar_format="[{bar:20}] {desc}" if columns(sys.stderr) >= _BAR_COLUMNS else "{desc}",
+        desc=work,
+        # Without escaping, for the control characters of the bar.
+        file=stream.through if isinstance(stream, SafeStream) else stream,
+        bar_format="[{bar:20}] {desc}" if columns(stream) >= _BAR_COLUMNS else "{desc}",
         ascii=".#",
         dynamic_ncols=True,
-        **settings,
+        delay=delay,
     )
+    SafeStream.bar = bar
+    try:
+        with bar:
+            yield bar
+    finally:
+        SafeStream.bar = None
 
 
 def _time_left(seconds: float, share: float) -> str:
@@ -182,22 +195,20 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
 
     A terminal has one bar at a time: within another bar, there are lines.
     """
-    hidden = _Screen.quiet or not _in_terminal() or SafeStream.bar is not None
+    if _Screen.quiet or not _in_terminal() or SafeStream.bar is not None:
+        with report_slow_work(work, total) as count:
+            yield count
+        return
     began = time.monotonic()
-    with _bar(total, work, disable=hidden, delay=1.0) as bar, ExitStack() as lines:
-        count = lines.enter_context(report_slow_work(work)) if hidden else None
-        if not hidden:
-            lines.enter_context(below_messages(bar))
+    with _bar(total, work, delay=1.0) as bar:
 
-        def update(done: int, total: int | None = None) -> None:
-            bar.total = total or bar.total
-            if bar.total and not hidden:
+        def update(done: int, n_total: int | None = None) -> None:
+            bar.total = n_total or bar.total
+            if bar.total:
                 left = _time_left(time.monotonic() - began, done / bar.total)
                 counts = f"{work}: {done}/{bar.total} {unit}s{left}"
                 bar.set_description_str(counts, refresh=False)
             bar.update(done - bar.n)
-            if count is not None and bar.total:
-                count(done, int(bar.total))
 
         yield update
 
@@ -206,11 +217,12 @@ class RunProgress:
     """Progress of the runs of a command, which may need several executions.
 
     A terminal shows a title and a bar. Elsewhere there is a line at the start, one after each
-    `INTERVAL`, and one at the end. Nothing is printed if no run is missing.
+    `INTERVAL`, and one at the end. Nothing is printed if no run is missing. `folder` is the results
+    folder; None if it is temporary.
     """
 
     def __init__(self, title: str, folder: Path | None = None) -> None:
-        self._title, self._folder = title, folder
+        self._title, self.folder = title, folder
         self._runs = self._work = self._done = self._failed = 0
         self._work_before = self._work_now = 0  # work done in earlier executions, and now
         self._ended, self._stack = threading.Event(), ExitStack()
@@ -232,9 +244,9 @@ class RunProgress:
         self._ended.set()
         self._show()
         self._stack.close()
-        if error_type is None and self._began and self._bar is None and not _Screen.quiet:
-            where = f", {self._folder}" if self._folder else ""
-            print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
+        if error_type is None and self._began and self._bar is None:
+            where = f", {self.folder}" if self.folder else ""
+            print_progress("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
@@ -253,7 +265,6 @@ class RunProgress:
         print_event("start", self._title)
         if _in_terminal():
             self._bar = self._stack.enter_context(_bar(self._work))
-            self._stack.enter_context(below_messages(self._bar))
             self._show()
         else:
             thread = threading.Thread(target=self._print_lines, daemon=True)
@@ -276,15 +287,7 @@ class RunProgress:
         message = f"{row['tracker']} on {row['sequence']}, {reason}"
         if len(self._failures) < _MAX_FAILURES and message not in self._failures:
             self._failures.append(message)
-            if not _Screen.quiet:
-                print_event("FAILED", f"FAILED  {message}" if _in_terminal() else message)
-
-    def warn(self, message: str) -> None:
-        """Print a message on a sequence that cannot be read."""
-        if self._bar is not None:
-            self._bar.clear()
-        if not _Screen.quiet:
-            print_event("ERROR", message)
+            print_progress("FAILED", f"FAILED  {message}" if _in_terminal() else message)
 
     def _show(self) -> None:
         if self._bar is not None:

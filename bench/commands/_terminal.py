@@ -53,7 +53,7 @@ class SafeStream(TextIOBase):
     def __init__(self, through: TextIO, clean: Callable[[str], str] = printable) -> None:
         self.through = through
         self.failed = False  # True after an error other than a closed pipe
-        # `_without_colours` sets the variable NO_COLOR for other packages later.
+        # `safe_streams` sets the variable NO_COLOR for other packages later.
         uses_colours = not os.environ.get("NO_COLOR") and os.environ.get("TERM") != "dumb"
         self.has_colours = uses_colours and self.isatty()
         self._clean = clean
@@ -64,25 +64,23 @@ class SafeStream(TextIOBase):
         """Return True."""
         return True
 
-    def write(self, text: str | bytes, /, colour: Callable[[str], str] = str) -> int:
-        """Clean the text and pass it on; click writes the texts of shell completion as bytes.
+    def write(self, output: str | bytes, /, colour: Callable[[str], str] = str) -> int:
+        """Clean a text and pass it on; click writes the texts of shell completion as bytes.
 
         `colour`: function that adds colours to the cleaned text, if the terminal has them.
         """
-        cleaned = self._clean(text if isinstance(text, str) else text.decode())
+        cleaned = self._clean(output if isinstance(output, str) else output.decode())
         if self.has_colours:
             cleaned = colour(cleaned)
-        with self._above_bar(cleaned):
+        if cleaned and self.isatty():
+            self._write_above_bar(cleaned)
+        else:
             self._attempt(lambda: self.through.write(cleaned))
-        return len(text)
+        return len(output)
 
-    @contextmanager
-    def _above_bar(self, text: str) -> Iterator[None]:
+    def _write_above_bar(self, cleaned: str) -> None:
         """Remove the progress bar from its line, and draw it below the text."""
         bar = SafeStream.bar
-        if not text or not self.isatty():
-            yield
-            return
         with ExitStack() as locked:
             # tqdm draws a bar with a delay later, or never.
             drawn = bar is not None and bar.last_print_t >= bar.start_t + bar.delay
@@ -90,8 +88,8 @@ class SafeStream(TextIOBase):
                 locked.enter_context(bar.get_lock())
                 if SafeStream.line_ended:
                     bar.clear(nolock=True)
-            yield
-            SafeStream.line_ended = text.endswith("\n")
+            self._attempt(lambda: self.through.write(cleaned))
+            SafeStream.line_ended = cleaned.endswith("\n")
             if drawn and SafeStream.line_ended:
                 self.flush()
                 bar.refresh(nolock=True)
@@ -138,25 +136,25 @@ def print_result(lines: Iterable[str], *, has_answer: bool = True) -> None:
 
 
 def print_coloured(
-    text: str, stream: TextIO | None, colour: Callable[[str], str] | None = None
+    printed: str, stream: TextIO | None, colour: Callable[[str], str] | None = None
 ) -> None:
     """Print a text; by default, a terminal shows decisions and failures in colour."""
     if isinstance(stream, SafeStream):
-        stream.write(f"{text}\n", colour or _coloured)
+        stream.write(f"{printed}\n", colour or _coloured)
         stream.flush()
     else:
-        click.echo(text, file=stream)
+        click.echo(printed, file=stream)
 
 
-def _coloured(text: str) -> str:
+def _coloured(printed: str) -> str:
     return _COLOURED.sub(
-        lambda match: click.style(match[0], fg="green" if match["good"] else "red"), text
+        lambda match: click.style(match[0], fg="green" if match["good"] else "red"), printed
     )
 
 
-def _with_answer(text: str) -> str:
+def _with_answer(printed: str) -> str:
     """Return the text with colours; its first sentence that is no failure is in bold type."""
-    first, gap, others = text.partition("\n\n")
+    first, gap, others = printed.partition("\n\n")
     if "FAILED" in first and gap:
         return f"{_coloured(first)}{gap}{_with_answer(others)}"
     return (
@@ -187,9 +185,9 @@ def _in_columns(message: str) -> str:
     )
 
 
-def _uncut(text: str) -> str:
+def _uncut(output: str) -> str:
     """Return a text for standard output in lines that the terminal does not cut within words."""
-    return wrap(printable(text), only_cut=True)
+    return wrap(printable(output), only_cut=True)
 
 
 @contextmanager
@@ -203,47 +201,24 @@ def safe_streams() -> Iterator[SafeStream | None]:
     with (
         redirect_stdout(cast("TextIO", out)),
         redirect_stderr(cast("TextIO", err)),
-        _without_colours(),
+        # Other packages print no colours, which `SafeStream` would escape.
+        environment_variable("NO_COLOR", "1"),
     ):
         yield out
 
 
 @contextmanager
-def _without_colours() -> Iterator[None]:
-    """Let Python and other packages print no colours, which `SafeStream` would escape."""
-    before = os.environ.get("NO_COLOR")
-    os.environ["NO_COLOR"] = "1"
+def environment_variable(name: str, value: str) -> Iterator[None]:
+    """Set an environment variable within the context."""
+    before = os.environ.get(name)
+    os.environ[name] = value
     try:
         yield
     finally:
         if before is None:
-            del os.environ["NO_COLOR"]
+            del os.environ[name]
         else:
-            os.environ["NO_COLOR"] = before
-
-
-class _BarStream(SafeStream):
-    """Standard error without escaping, for the control characters of a progress bar."""
-
-    @contextmanager
-    def _above_bar(self, text: str) -> Iterator[None]:
-        yield
-
-
-def progress_stream() -> TextIO:
-    """Return the stream of a progress bar."""
-    real = sys.stderr.through if isinstance(sys.stderr, SafeStream) else sys.stderr
-    return cast("TextIO", _BarStream(real, str))
-
-
-@contextmanager
-def below_messages(bar: Any) -> Iterator[None]:
-    """Keep a progress bar below all messages of the command within the context."""
-    SafeStream.bar = bar
-    try:
-        yield
-    finally:
-        SafeStream.bar = None
+            os.environ[name] = before
 
 
 @contextmanager

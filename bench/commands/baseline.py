@@ -17,6 +17,7 @@ from trackmark.bench.commands._options import (
     input_option,
     matching_sequences,
     output_option,
+    sequences_option,
     split_list,
 )
 from trackmark.bench.commands._output_files import check_outputs, input_files
@@ -48,11 +49,8 @@ DEFAULT_DETECTABLE_DROP = 0.05
     type=SPECIFICATION,
     help="Comma-separated trackers, as for `run`.",
 )
-@input_option(
-    "--sequences",
+@sequences_option(
     required=True,
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
     help="Comma-separated names, paths or patterns, as for `run`.",
 )
 @input_option(

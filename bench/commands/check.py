@@ -7,7 +7,6 @@ from collections.abc import Collection, Sequence
 from dataclasses import replace
 from datetime import UTC, datetime
 from fnmatch import fnmatchcase
-from functools import partial
 from math import inf, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,9 +26,9 @@ from trackmark.bench.commands._options import (
     SPECIFICATION,
     Command,
     ExecutionOptions,
-    GroupedOption,
     IntegerRange,
     execution_options,
+    option_group,
     output_option,
     screen_options,
     selection_option,
@@ -50,8 +49,7 @@ if TYPE_CHECKING:
 EXIT_INCONCLUSIVE = 3
 
 
-decision_option = partial(click.option, cls=GroupedOption, group="Decision")
-baseline_option = partial(click.option, cls=GroupedOption, group="Baseline")
+decision_option, baseline_option = option_group("Decision"), option_group("Baseline")
 
 
 def _seconds(duration: str) -> float:
@@ -188,10 +186,6 @@ def command(
     baseline = read_baseline(path)
     if (accept is None) != (not (reason or "").strip()):
         raise click.UsageError("--accept TRACKER requires --reason TEXT, and vice versa.")
-    if accept is not None and accept not in baseline.scores:
-        raise click.UsageError(
-            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.scores)}."
-        )
     if accept is not None and (is_timed or repetitions is not None):
         raise click.UsageError("--accept cannot be combined with --timing or --repetitions.")
     if is_timed != (revision is not None):
@@ -199,21 +193,12 @@ def command(
             "--timing requires --revision REVISION, and vice versa: speeds are compared with those "
             "of a git revision."
         )
-    if repetitions is not None and repetitions > baseline.n_repetitions:
-        raise click.UsageError(
-            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
-            "of the baseline. Give fewer, or recreate the baseline with more."
-        )
+    before = _selected(baseline, trackers, sequences, accept, repetitions)
     sources = {score.source for row in baseline.scores.values() for score in row.values()}
     inputs = [path, *input_files(baseline.specs.values(), sources)]
     inputs += [] if family_file is None else [family_file]
     check_outputs({"--markdown": markdown, "--junit": junit}, inputs)
     environment = current_environment()  # before the runs: a library that is missing costs no runs
-    if accept is None:
-        before = _selected(baseline, trackers, sequences)
-    else:
-        before = replace(baseline, scores={accept: baseline.scores[accept]})
-    before = before.with_repetitions(repetitions or baseline.n_repetitions)
     score_of_sequence = {
         sequence: score for row in before.scores.values() for sequence, score in row.items()
     }
@@ -266,20 +251,42 @@ def command(
         # --accept replaces scores; a slower tracker needs no new baseline.
         if result.verdict != "pass":
             worse = next((row for row in result.changes if row.is_regression), result.changes[0])
-            words = ["trackmark", "check", name, "--accept", worse.tracker, "--reason", "…"]
-            print_hint(f"Accept  {shlex.join(words)}  # replaces its scores")
+            accepting = ["trackmark", "check", name, "--accept", worse.tracker, "--reason", "…"]
+            print_hint(f"Accept  {shlex.join(accepting)}  # replaces its scores")
     return status
 
 
-def _selected(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline":
-    """Return the part of the baseline that matches comma-separated patterns."""
+def _selected(
+    baseline: "Baseline",
+    trackers: str,
+    sequences: str,
+    accept: str | None,
+    repetitions: int | None,
+) -> "Baseline":
+    """Return the part of the baseline that is checked: with --accept, all entries of this tracker.
+
+    `trackers` and `sequences` are comma-separated patterns. Raises `UsageError` if the baseline
+    does not have what is selected.
+    """
+    if repetitions is not None and repetitions > baseline.n_repetitions:
+        raise click.UsageError(
+            f"--repetitions: {repetitions} is more than the {baseline.n_repetitions} repetitions "
+            "of the baseline. Give fewer, or recreate the baseline with more."
+        )
+    if accept is not None and accept not in baseline.scores:
+        raise click.UsageError(
+            f"--accept: the baseline has no {accept!r}; it has {', '.join(baseline.scores)}."
+        )
     names = _with_canonical_names(split_list(sequences))
     scores = {
         tracker: {
-            name: score for name, score in row.items() if _fits(names, name, score.source.spec)
+            name: score
+            for name, score in row.items()
+            if accept is not None or _fits(names, name, score.source.spec)
         }
         for tracker, row in baseline.scores.items()
-        if _fits(split_list(trackers), tracker, baseline.specs[tracker])
+        if tracker == accept
+        or (accept is None and _fits(split_list(trackers), tracker, baseline.specs[tracker]))
     }
     scores = {tracker: row for tracker, row in scores.items() if row}
     if not scores:
@@ -288,7 +295,8 @@ def _selected(baseline: "Baseline", trackers: str, sequences: str) -> "Baseline"
             f"{sequences!r}. Trackers: {_first_names(baseline.scores)}. Sequences: "
             f"{_first_names({name for row in baseline.scores.values() for name in row})}."
         )
-    return replace(baseline, scores=scores)
+    selected = replace(baseline, scores=scores)
+    return selected.with_repetitions(repetitions or baseline.n_repetitions)
 
 
 def _first_names(names: Collection[str]) -> str:

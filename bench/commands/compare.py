@@ -9,7 +9,7 @@ import click
 
 from trackmark.bench.analysis import MARGINS
 from trackmark.bench.commands import EXIT_NEGATIVE
-from trackmark.bench.commands._execution import plan_and_execute
+from trackmark.bench.commands._execution import execute_runs, plan_experiment, print_remarks
 from trackmark.bench.commands._imported_results import (
     imported_runs,
     parse_imported,
@@ -28,6 +28,7 @@ from trackmark.bench.commands._options import (
     matching_sequences,
     metrics_option,
     name_option,
+    option_group,
     output_option,
     parse_published,
     protocol_option,
@@ -35,8 +36,8 @@ from trackmark.bench.commands._options import (
     repetitions_option,
     results_of_option,
     screen_options,
+    sequences_option,
     split_list,
-    statistics_option,
 )
 from trackmark.bench.commands._output_files import check_outputs
 from trackmark.bench.commands._progress import (
@@ -56,12 +57,12 @@ if TYPE_CHECKING:
     from trackmark.reports.tables import ScoreMeasure
 
 
+statistics_option = option_group("Statistics")
+
+
 @click.command("compare", cls=Command)
 @click.argument("trackers", nargs=-1, type=SPECIFICATION)
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     help="Comma-separated names, paths or patterns with * and ?. Missing runs are executed.",
 )
 @layout_option
@@ -79,7 +80,10 @@ if TYPE_CHECKING:
 )
 @statistics_option("--margin", type=FiniteRange(0), help="Equivalence margin.")
 @statistics_option(
-    "--against", metavar="NAME", help="Compare only this tracker with every other tracker."
+    "--against",
+    metavar="NAME",
+    type=SPECIFICATION,
+    help="Compare only this tracker with every other tracker.",
 )
 @statistics_option(
     "--unit",
@@ -180,7 +184,9 @@ def command(
             repetitions=repetitions or Experiment.repetitions,
             protocol=protocol or ONE_PASS,
         )
-        execution = plan_and_execute(experiment, options)
+        execution = plan_experiment(experiment, options)
+        print_remarks(execution)
+        execute_runs(execution)
         print_hint(f"Runs are in {execution.folder}.")
         labels = [spec.label for spec in execution.plan.trackers.values()]
         runs = open_runs(execution.folder).select(execution.plan.requested)

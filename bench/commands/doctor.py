@@ -43,7 +43,11 @@ def command(as_json: bool) -> int:
         "versions": versions,
         "caches": _caches(),
         "trackers": _trackers(),
-        "problems": _library_problems(versions) + _data_problems(),
+        "problems": [
+            *(f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING),
+            *_opencv_problems([*library_versions({OPENCV})]),
+            *_data_problems(),
+        ],
     }
     if as_json:
         click.echo(json.dumps(findings, indent=1))
@@ -119,12 +123,6 @@ def _trackers() -> dict[str, str]:
         except (trackers.TrackerError, RuntimeError) as error:  # Numba raises RuntimeError
             states[name] = str(error)
     return states
-
-
-def _library_problems(versions: dict[str, str]) -> list[str]:
-    """Return messages on libraries that are missing or installed twice."""
-    problems = [f"{name} is {MISSING}." for name, version in versions.items() if version == MISSING]
-    return problems + _opencv_problems([*library_versions({OPENCV})])
 
 
 def _opencv_problems(distributions: list[str]) -> list[str]:

@@ -15,9 +15,7 @@ from trackmark.bench.commands._imported_results import (
 )
 from trackmark.bench.commands._options import (
     PATH,
-    SPECIFICATION,
     Command,
-    input_option,
     json_option,
     layout_option,
     metrics_option,
@@ -26,6 +24,7 @@ from trackmark.bench.commands._options import (
     published_option,
     quiet_option,
     results_of_option,
+    sequences_option,
 )
 from trackmark.bench.commands._progress import (
     open_runs,
@@ -68,10 +67,7 @@ NATIVE_TABLES = ("summary", "sequences", "times", "summary-revised", "sequences-
     "--frames", "with_full_frames", is_flag=True, help="Write frames in full size next to the page."
 )
 @results_of_option
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     help="Sequences of --results-of if RESULTS is not given; as for `run`.",
 )
 @layout_option

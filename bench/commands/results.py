@@ -15,13 +15,13 @@ from trackmark.bench.commands._options import (
     SPECIFICATION,
     Command,
     execution_option,
-    input_option,
     json_option,
     matching_sequences,
     name_option,
     output_option,
     protocol_option,
     selection_option,
+    sequences_option,
     trajectory_option,
 )
 from trackmark.bench.commands._progress import (
@@ -174,12 +174,15 @@ def remove(
 
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
+    from trackmark.bench.protocols import TIMING, parse_protocol
     from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
     from trackmark.bench.store.run_store import RunStore
     from trackmark.bench.store.runs import list_runs
 
     selected: dict[Path, list[RunKey]] = {}
-    protocol_key = "*" if protocol is None else _protocol_key(protocol)
+    protocol_key = protocol
+    if protocol not in (None, TIMING):
+        protocol_key = parse_protocol(str(protocol)).key
     for experiment in experiment_folders(folder):
         store = RunStore(experiment)
         # Keys suffice: damaged runs can be removed, too.
@@ -188,7 +191,7 @@ def remove(
             for key in store.list_keys()
             if fnmatchcase(key[0], tracker)
             and fnmatchcase(key[1], sequence)
-            and protocol_key in ("*", key[3])
+            and protocol_key in (None, key[3])
         ]
         if only_failed:
             failed = {run_key(row) for row in list_runs(experiment) if row["status"] == "failed"}
@@ -203,13 +206,6 @@ def remove(
     for experiment, keys in selected.items():
         RunStore(experiment).remove(keys)
     click.echo(f"Removed {n_runs} run{'s' * (n_runs != 1)}.")
-
-
-def _protocol_key(protocol: str) -> str:
-    """Return the protocol key of a protocol's text."""
-    from trackmark.bench.protocols import TIMING, parse_protocol
-
-    return TIMING if protocol == TIMING else parse_protocol(protocol).key
 
 
 @command.command("check")
@@ -286,11 +282,8 @@ def merge(sources: tuple[Path, ...], target: Path) -> int:
 
 @command.command("import")
 @click.argument("results", nargs=-1, required=True, metavar="NAME=PATH...", type=SPECIFICATION)
-@input_option(
-    "--sequences",
+@sequences_option(
     required=True,
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
     help="Comma-separated names, paths or patterns, as for `run`.",
 )
 @name_option(default="published")

@@ -30,6 +30,7 @@ from trackmark.bench.commands._options import (
     protocol_option,
     repetitions_option,
     screen_options,
+    sequences_option,
     split_list,
     truth_option,
 )
@@ -68,10 +69,7 @@ _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
     help="Comma-separated trackers: NAME[:preset=PRESET][:PARAMETER=VALUE]…, FILE.py[:CLASS], or "
     "FILE.toml:NAME of a file of trackers.",
 )
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     help="Comma-separated names, paths, folders or patterns with * and ?; !NAME leaves one out.",
 )
 @truth_option
@@ -164,14 +162,14 @@ def _experiment(
     specs = split_list(trackers or "")
     selected = matching_sequences(sequences, truth, specs) if sequences else ()
     options |= {"trackers": tuple(specs), "sequences": selected}
-    given = {field: value for field, value in options.items() if value}
+    changes = {field: value for field, value in options.items() if value}
     if base is None:
         name = default_name(specs, split_list(sequences or ""), truth)
-        return Experiment(**{"name": name} | given)
-    if "repetitions" in given:
+        return Experiment(**{"name": name} | changes)
+    if "repetitions" in changes:
         # --repetitions replaces the numbers of single trackers, too.
         base = replace(base, repetitions_by_tracker={})
-    return replace(base, **given)
+    return replace(base, **changes)
 
 
 def _named_experiment(names: Sequence[str], *, has_options: bool) -> Experiment | None:

@@ -31,6 +31,8 @@ if TYPE_CHECKING:
     from trackmark.bench.evaluation.run_record import Trajectory
     from trackmark.datasets import Sequence
 
+_OPTIONS_OF_STRIPS = ("results", "trajectory", "n_frames", "first_frame", "last_frame")
+
 
 @click.command("show", cls=Command)
 @click.argument("sequence", type=SPECIFICATION)
@@ -56,7 +58,11 @@ if TYPE_CHECKING:
     help="Film strip (.png), video (.mp4, H.264) or, with --live, page.  [--live: live.html]",
 )
 @output_option(
-    "--frames", type=IntegerRange(1), default=10, help="Number of frames of a film strip."
+    "--frames",
+    "n_frames",
+    type=IntegerRange(1),
+    default=10,
+    help="Number of frames of a film strip.",
 )
 @output_option("--first-frame", type=IntegerRange(0), default=0, help="First frame to draw.")
 @output_option(
@@ -72,7 +78,7 @@ def command(
     trajectory: "Trajectory",
     repetition: int,
     output: Path | None,
-    frames: int,
+    n_frames: int,
     first_frame: int,
     last_frame: int | None,
 ) -> int:
@@ -121,7 +127,7 @@ def command(
     if results is not None:
         tracker_boxes, outlines = _boxes_of_runs(results, opened, repetition, trajectory)
         boxes |= tracker_boxes
-    _draw(opened, range(first_frame, last + 1), boxes, outlines, output, frames)
+    _draw(opened, range(first_frame, last + 1), boxes, outlines, output, n_frames)
     click.echo(str(output))
     return 0
 
@@ -134,17 +140,18 @@ def _live(
     from trackmark.bench.pages.live_page import write_live_page
 
     context = click.get_current_context()
-    for name in ("results", "trajectory", "frames", "first_frame", "last_frame"):
-        if context.get_parameter_source(name) == click.core.ParameterSource.COMMANDLINE:
-            option = f"--{name.replace('_', '-')}"
-            raise click.UsageError(f"{option} and --live exclude each other.")
+    for parameter in context.command.params:
+        source = context.get_parameter_source(str(parameter.name))
+        is_of_strip = parameter.name in _OPTIONS_OF_STRIPS
+        if is_of_strip and source == click.core.ParameterSource.COMMANDLINE:
+            raise click.UsageError(f"{parameter.opts[0]} and --live exclude each other.")
     if page.suffix != ".html":
         raise click.BadParameter(f"{page} is not an .html file.", param_hint="--output")
     if not trackers:
         raise click.BadParameter("the list is empty. Name at least one.", param_hint="--live")
-    source = SequenceSpec(sequence, truth)
+    spec = SequenceSpec(sequence, truth)
     with progress_bar("Running trackers", None, "frame") as progress:
-        paths, failures = write_live_page(trackers, source, page, progress, repetition)
+        paths, failures = write_live_page(trackers, spec, page, progress, repetition)
     for failure in failures:
         print_error(failure.partition("\n")[0])
     click.echo(str(paths[0]))

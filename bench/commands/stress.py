@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from trackmark.bench.commands._execution import plan_and_execute
+from trackmark.bench.commands._execution import execute_runs, plan_experiment
 from trackmark.bench.commands._options import (
     PATH,
     SPECIFICATION,
@@ -21,6 +21,7 @@ from trackmark.bench.commands._options import (
     name_option,
     output_option,
     screen_options,
+    sequences_option,
     split_list,
 )
 from trackmark.bench.commands._progress import (
@@ -49,10 +50,7 @@ if TYPE_CHECKING:
     help="Comma-separated filters (noise, blur, gain, size, motion, step, occlusion, similarity, "
     "box_error) or parameters of the scenes; NAME=FROM..TO sets the range, from easy to hard.",
 )
-@input_option(
-    "--sequences",
-    metavar="SEQUENCES",
-    type=SPECIFICATION,
+@sequences_option(
     default="plain/target",
     help="Comma-separated names, paths or patterns; scenes vary unless one is named.",
 )
@@ -65,6 +63,8 @@ if TYPE_CHECKING:
 )
 @input_option(
     "--against",
+    metavar="TEXT",
+    type=SPECIFICATION,
     default="camshift",
     help="Tracker by whose breaking points the others are divided.",
 )
@@ -173,9 +173,11 @@ class _Runner:
             title="Breaking points",
         )
         try:
-            execution = plan_and_execute(
-                experiment, self.options, self.opened_sequences, progress=self.progress
+            execution = plan_experiment(
+                experiment, self.options, opened_sequences=self.opened_sequences
             )
+            self.progress.expect(execution)
+            execute_runs(execution, progress=self.progress)
         except UnusableSequencesError as error:  # the user did not choose each of them
             raise SequenceError(next(iter(error.errors.values()))) from None
         specs = {sequence.name: sequence.source.spec for sequence in execution.plan.sequences}

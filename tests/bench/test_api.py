@@ -6,6 +6,7 @@ import importlib
 import inspect
 import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
@@ -122,12 +123,9 @@ def test_unreadable_sequence_costs_only_its_own_runs(line, otb, tmp_path):
     with pytest.warns(RuntimeWarning, match=r"0004\.png.* Its runs are missing"):
         results = tm.evaluate(["static", Plain], [str(folder), line])
     assert [key[:2] for key in results] == [("static", "line"), ("Plain", "line")]
-    with pytest.raises(tm.datasets.SequenceError):
-        tm.evaluate("static", str(folder))
-    other = otb(tmp_path / "Other", 5)
-    (other / "img" / "0004.png").write_bytes(b"no image")
+    other = shutil.copytree(folder, tmp_path / "Other")
     with pytest.raises(tm.datasets.SequenceError, match=r"0004\.png.*None of the 2 sequences can"):
-        tm.evaluate(["static", Plain], [str(folder), str(other)])
+        tm.evaluate("static", [folder, other])
 
 
 def test_exceptions_of_a_tracker_cost_its_own_runs(line):
@@ -344,16 +342,8 @@ HALF = type("Half", (), {"init": Plain.init, "__call__": Plain.update})
         ([], {}, TrackerError, "no tracker is given"),
         ("statik", {}, TrackerError, "Did you mean 'static'"),
         (Plain, {"repetitions": 0}, ValueError, "repetitions is 0"),
-        (Plain, {"repetitions": 1.5}, ValueError, "repetitions is 1.5. Expected: an integer of 1"),
         (Plain, {"seed": "a"}, ValueError, "seed is 'a'. Expected: an integer of 0"),
-        (
-            Plain,
-            {"repetitions": True},
-            ValueError,
-            "repetitions is True. Expected: an integer of 1",
-        ),
         (Plain, {"protocol": None}, TypeError, "protocol is None. Expected: a text, for example"),
-        (Plain, {"protocol": b"one-pass"}, TypeError, "protocol is b'one-pass'. Expected: a text"),
         (np.zeros((9, 4)), {}, TypeError, r"an array of shape \(9, 4\) .* is not a tracker"),
         (Plain, {"metrics": ["otb"]}, TypeError, "metrics is .'otb'.. Expected: one name"),
         (Plain, {"metrics": "otb", "protocol": "supervised"}, ValueError, "otb cannot score"),
@@ -440,8 +430,9 @@ def test_arguments_of_other_types_are_rejected(line):
     ):
         with pytest.raises(TypeError, match=message):
             function(*arguments)
-    with pytest.raises(TypeError, match=r"families=.*: expected a mapping from sequences"):
-        tm.compare(runs, families=["ab", "c"])
+    for families in (3, ["ab", "c"]):
+        with pytest.raises(TypeError, match=r"families=.*: expected a mapping from sequences"):
+            tm.compare(tm.evaluate(["static", Plain], line), families=families)
 
 
 def test_key_error_lists_the_nearest_runs(line):

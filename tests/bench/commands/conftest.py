@@ -1,4 +1,4 @@
-"""Helpers for the tests of commands: parsers of printed output."""
+"""Helpers for the tests of commands: parsers of printed output, trackers in this process."""
 
 import csv
 import io

@@ -488,10 +488,9 @@ def test_file_written_while_annotate_works_is_kept(trackmark, workspace, monkeyp
     assert truth.read_text() == "new"
 
 
-@pytest.mark.parametrize("video", ["", '"video": "cap.mp4, 90 frames of 5x5 px", '])
-def test_draft_of_another_video_is_set_aside(trackmark, workspace, user, video):
+def test_draft_of_another_video_is_set_aside(trackmark, workspace, user):
     draft, seen = workspace / "truth.csv.draft", []
-    content = f'{{{video}"boxes": {{"{0 if video else 80}": [1, 1, 3, 3]}}}}'
+    content = '{"video": "cap.mp4, 90 frames of 5x5 px", "boxes": {"0": [1, 1, 3, 3]}}'
     draft.write_text(content)
 
     def act(url):
@@ -526,11 +525,9 @@ def test_requests_without_token_are_refused(make_sequence, files, capsys):
     body = json.dumps({"boxes": PAIR}).encode()
     with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
         netloc, root = f"127.0.0.1:{picker.server_port}", picker.root
-        prefixes = ["", "/", "//", "./", "/.", "?", "%2F", f"http://{netloc}/", "http://", "*"]
-        prefixes += [f"http://x{root}", root[1:], root.replace("/", "%2f"), f"{root[:-2]}/", "\\"]
-        for prefix in prefixes:
-            for path in ("state", "save", "draft", "finish", "frame/0", "index.html"):
-                for method in ("GET", "POST", "HEAD", "PUT", "OPTIONS", "TRACE", "get"):
+        for prefix in ("/", f"http://{netloc}/", root[1:], root.replace("/", "%2f"), root[:-2]):
+            for path in ("state", "save", "frame/0"):
+                for method in ("GET", "POST", "PUT"):
                     request = f"{method} {prefix}{path} HTTP/1.1\r\nHost: {netloc}\r\n"
                     length = f"Content-Length: {len(body)}\r\n\r\n"
                     answer = talk(picker, (request + length).encode() + body)
@@ -541,28 +538,25 @@ def test_requests_without_token_are_refused(make_sequence, files, capsys):
     assert capsys.readouterr().err == ""
 
 
-@pytest.mark.parametrize(
-    ("length", "status"),
-    [("Content-Length: 99999999999999", 413), ("Content-Length: -1", 411), ("", 411),
-     ("Transfer-Encoding: chunked", 411), ("Content-Length: 40", 400)],
-)  # fmt: skip
-def test_posts_of_wrong_length_are_refused(make_sequence, files, length, status):
+def test_posts_of_wrong_length_are_refused(make_sequence, files):
+    statuses = {"99999999999999": 413, "-1": 411, "": 411, "40": 400}
     with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
-        request = f"POST {picker.root}save HTTP/1.1\r\n{length}\r\n\r\n{{".encode()
-        assert talk(picker, request).startswith(f"HTTP/1.0 {status} ".encode())
+        for length, status in statuses.items():
+            header = f"Content-Length: {length}\r\n" if length else ""
+            request = f"POST {picker.root}save HTTP/1.1\r\n{header}\r\n{{".encode()
+            assert talk(picker, request).startswith(f"HTTP/1.0 {status} ".encode())
     assert not files.target.exists()
 
 
 def test_closed_tab_prints_no_traceback(make_sequence, files, capsys):
     with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
-        for request in ("state", "frame/1", "save"):
-            for sent in (f"GET {picker.root}{request} HTTP/1.1\r\n\r\n", "GET /", ""):
-                connection = socket.create_connection(("127.0.0.1", picker.server_port))
-                connection.sendall(sent.encode())
-                # Closing then resets the connection, as a browser does that is ended.
-                reset = struct.pack("ii", 1, 0)
-                connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
-                connection.close()
+        for sent in (f"GET {picker.root}frame/1 HTTP/1.1\r\n\r\n", "GET /", ""):
+            connection = socket.create_connection(("127.0.0.1", picker.server_port))
+            connection.sendall(sent.encode())
+            # Closing then resets the connection, as a browser does that is ended.
+            reset = struct.pack("ii", 1, 0)
+            connection.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, reset)
+            connection.close()
         for error in (BrokenPipeError, ConnectionResetError, ConnectionAbortedError):
             try:
                 raise error

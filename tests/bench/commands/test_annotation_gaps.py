@@ -143,18 +143,6 @@ def test_codes_of_vots_are_read(trackmark, workspace):
     assert [sequence.mask(i) is not None for i in (0, 1, 3)] == [True, False, True]
 
 
-def test_damaged_images_are_named_at_once_and_at_the_end(trackmark, workspace, otb):
-    for name in ("A", "B"):
-        otb(workspace / "set" / name, 5)
-    (workspace / "set/B/img/0003.png").write_bytes(b"damaged")
-    done = trackmark("run", "--trackers", "static", "--sequences", "set", status=2)
-    lines = [line for line in done.stderr.splitlines() if "0003.png" in line or "!B" in line]
-    event, message, remedy = lines
-    assert "ERROR" in event
-    assert "set/B/img/0003.png: frame 2 cannot be read" in message
-    assert remedy == "trackmark: To go on without it, add !B to the sequences."
-
-
 def test_unreadable_sequences_are_named_together(trackmark, workspace, otb):
     for name in ("A", "B", "C"):
         otb(workspace / "set" / name, 5)

@@ -8,6 +8,7 @@ from xml.etree import ElementTree
 import numpy as np
 import pytest
 
+from tests.bench.commands.conftest import SMALL
 from trackmark.bench.evaluation.interleaved_timing import TurnError
 from trackmark.bench.statistics import speed
 
@@ -69,15 +70,8 @@ def committed_baseline(trackmark, workspace, timed_setups, git, monkeypatch):
     git("init", "--quiet")
     git("add", "knob.py", "trackers")
     git("commit", "--quiet", "--message", "before")
-    arguments = (
-        "--trackers",
-        "static,knob.py:as=mine",
-        "--sequences",
-        "data/Small",
-        "--repetitions",
-        6,
-    )
-    trackmark("baseline", "own", *arguments)
+    trackers = ("--trackers", "static,knob.py:as=mine")
+    trackmark("baseline", "own", *trackers, *SMALL, "--repetitions", 6)
     return workspace / "baselines" / "own.toml"
 
 

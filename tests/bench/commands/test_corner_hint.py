@@ -57,3 +57,13 @@ def test_printed_results_have_the_corner_hint(corners, monkeypatch):
     for text in (str(results), str(tm.compare(results)), results._repr_html_()):
         assert HINT in " ".join(text.split())
     assert HINT not in str(tm.evaluate("static", "data/Small"))
+
+
+@pytest.mark.parametrize(
+    ("box", "is_warned"), [((5, 6, 15, 18), True), ((5, 6, 15, 17.5), True), ((5, 6, 9, 12), False)]
+)
+def test_constant_boxes_give_the_hint_if_they_are_corners(corners, monkeypatch, box, is_warned):
+    monkeypatch.chdir(corners)
+    constant = type("Constant", (), {"init": lambda *_: None, "update": lambda *_: box})
+    printed = " ".join(str(tm.evaluate(constant, "data/Small")).split())
+    assert ("Constant: the boxes look like [x1, y1, x2, y2]." in printed) == is_warned

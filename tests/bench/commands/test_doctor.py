@@ -77,7 +77,7 @@ def installed_as(monkeypatch, *names):
     monkeypatch.setattr(source_digest, "_versions", source_digest._versions.__wrapped__)
 
 
-@pytest.mark.parametrize("name", ["opencv-contrib-python", "py-opencv", ""])
+@pytest.mark.parametrize("name", ["opencv-contrib-python", ""])
 def test_doctor_finds_opencv_under_any_name(trackmark, monkeypatch, name):
     installed_as(monkeypatch, *([name] if name else []))
     about = json.loads(trackmark("doctor", "--json").stdout)

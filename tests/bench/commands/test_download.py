@@ -206,12 +206,6 @@ def test_vot_is_downloaded_by_its_description(trackmark, vot_server, workspace):
     assert "description.json: this is no description of a VOT data set" in error
 
 
-def test_missing_vot_description_is_named(trackmark, server, workspace):
-    error = trackmark("download", "vot", "--to", "VOT", status=2).stderr
-    assert "main/description.json: the server answers 404" in error
-    assert not list((workspace / "VOT").iterdir())
-
-
 def test_vot_archive_with_another_checksum_is_refused(trackmark, vot_server):
     vot_server.files["/sequences/ants.zip"] = zipped(images("%07d.jpg"))
     error = trackmark("download", "vot", "--to", "VOT", status=2).stderr

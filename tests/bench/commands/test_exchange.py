@@ -149,19 +149,6 @@ def test_exported_results_are_imported_with_equal_scores(trackmark, imported):
         assert scores_of(f"from-{form}", f"MINE={form}:{form}/MINE") == first, form
 
 
-def test_imported_restarted_runs_need_presets_of_protocol(trackmark, workspace, otb):
-    otb(workspace / "data" / "Other", 12)
-    file = workspace / "theirs" / "baseline" / "Other" / "Other_001.txt"
-    file.parent.mkdir(parents=True)
-    lines = ["1", "4,5,10,12", "2", *["0"] * 4, "1", *["4,5,10,12"] * 4]
-    file.write_text("".join(f"{line}\n" for line in lines))
-    report = ("report", "--results-of", "MINE=theirs", "--sequences", "data/Other")
-    done = trackmark(*report, "--metrics", "native,vot,otb", "--output", "report", "--no-pictures")
-    assert scores(workspace, "vot-supervised", "failures", "supervised-") == {("MINE", "Other"): 1}
-    assert "otb cannot score runs of the protocol supervised" in done.stdout
-    assert "nan" not in done.stdout
-
-
 def test_commands_give_scores_by_presets(trackmark):
     run = (*STATIC, "data/Small")
     for _ in range(2):  # the second time the run is stored

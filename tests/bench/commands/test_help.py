@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 from click.testing import CliRunner
 
-from tests.bench.commands.conftest import unwrapped
+from tests.bench.commands.conftest import TINY, unwrapped
 from trackmark import bench, trackers
 from trackmark.bench.commands import describe
 from trackmark.bench.commands.results import command as results_command
@@ -68,7 +68,7 @@ TEXTS = {
     "describe knob.py:Knob": ["knob.py:Knob Draws.", "knob=1 knob [frames]"],
     "describe knob.py:as=mine": ["mine Draws."],
     "describe samples/face": ["fps 29.97", "176x144", "120 of 120 frames"],  # 30000 / 1001
-    "describe multipart/1": ["640x480"],
+    "describe plain/target": ["320x240"],
     "describe data/Small": ["(OTB)", "Wu, Lim, Yang", "licence not stated with the data"],
     "describe data/Small/img": ["truth none"],
     "describe vot": ["vot-supervised Accuracy, robustness", "vot-toolkit 0.7.1"],
@@ -98,7 +98,7 @@ def test_lists_and_descriptions_have_their_data(trackmark):
     assert data("describe", "otb")["metrics"]["success_auc"]["best_value"] == 20 / 21
     assert data("describe", "stress")["sequence_names"] == ["stress/pillar", "stress/twin"]
     prints = [
-        re.search("fingerprint.*", trackmark("describe", f"multipart/1{scene}").stdout)[0]
+        re.search("fingerprint.*", trackmark("describe", f"{TINY}{scene}").stdout)[0]
         for scene in ("", ":scene=1")
     ]
     assert prints[0] != prints[1]

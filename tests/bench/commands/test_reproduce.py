@@ -44,6 +44,6 @@ def test_quick_report_is_the_same_the_second_time(trackmark, workspace):
     trackmark("results", "remove", "results/wang2010-hand", "--tracker", "camshift*", "--yes")
     assert json.loads(trackmark(*arguments).stdout)["main"] == report["main"]
     text = trackmark("reproduce", "wang2010", "--quick").stdout
-    assert "off at 12, back at 16" in text
+    assert "Report  results/wang2010/report.html" in text
     assert "not run" not in text
     assert "holds" not in text

@@ -240,10 +240,10 @@ def two_versions(trackmark, workspace, otb):
 
 def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versions, workspace):
     note = "stale: knob.py:Knob, 1 by another version of the tracker or the sequence (Small)"
-    for form in ("text", "markdown", "csv"):
-        printed = trackmark("report", "trial", "--format", form)
-        assert form == "csv" or note in printed.stdout.replace("\\", "")
-        assert "1 of 2 stale" in printed.stdout or form == "csv"
+    for form in ("text", "markdown"):
+        printed = trackmark("report", "trial", "--format", form).stdout
+        assert note in printed.replace("\\", "")
+        assert "1 of 2 stale" in printed
     assert note[:60] in trackmark("report", "trial", "--no-pictures").stdout
     results = tm.load_runs("trial")
     assert results.means().loc["knob.py:Knob"].isna().all()
@@ -256,17 +256,7 @@ def test_runs_of_two_versions_of_a_tracker_are_not_averaged(trackmark, two_versi
     assert "knob.py:Knob on Small, repetition 0: not exported" in exported
     messages = trackmark("show", "data/Small", "--results", "trial", "--output", "s.png").stderr
     assert "knob.py:Knob, repetition 0: not drawn" in messages
-    trackmark(
-        "run",
-        "--trackers",
-        "knob.py",
-        "--sequences",
-        "data/Small",
-        "--results-root",
-        ".",
-        "--name",
-        "trial",
-    )
+    trackmark("run", "--trackers", "knob.py", *SMALL, "--results-root", ".", "--name", "trial")
     assert "stale" not in trackmark("report", "trial", "--format", "text").stdout
 
 
@@ -324,13 +314,10 @@ def test_check_names_a_damaged_index_and_an_empty_file(trackmark, workspace):
     checked = trackmark("results", "check", "results", status=1)
     assert "results/mine: damaged\n" in checked.stdout
     assert "`trackmark results merge`" in checked.stderr
-    assert "Copied 1 runs" in trackmark("results", "merge", "results/mine", "new").stdout
-    assert "new: 1 runs, undamaged\n" in trackmark("results", "check", "new").stdout
     (workspace / "results/mine/runs.db").write_bytes(b"")
     checked = trackmark("results", "check", "results", status=1)
     assert "results/mine: damaged\n" in checked.stdout
     assert "it has 0 bytes" in checked.stderr
-    assert "it has 0 bytes" in trackmark("report", "results", status=2).stderr
 
 
 def test_timing_runs_are_removed_by_their_protocol(trackmark, workspace):
