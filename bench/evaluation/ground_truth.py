@@ -3,43 +3,16 @@
 The ground truth is the boxes or a region of a sequence.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.experiments.tracker_spec import BOXES
-from trackmark.bench.metrics.interface import GroundTruthLike
+from trackmark.bench.metrics.interface import GroundTruthArrays, GroundTruthLike
 from trackmark.bench.protocols import EvaluationProtocol, Segment, protocol_of_key
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.datasets.spec_string import name_hint
-
-
-@dataclass(frozen=True)
-class RegionGroundTruth:
-    """Ground truth in which a region replaces the boxes."""
-
-    boxes: NDArray[np.float64]
-    regions: Mapping[str, NDArray[np.float64]]
-    visibility: NDArray[np.float64]
-    origin: GroundTruthLike
-
-    @property
-    def annotated(self) -> NDArray[np.bool_]:
-        """Annotated frames; see `GroundTruthLike`."""
-        return self.origin.annotated
-
-    @property
-    def malformed(self) -> NDArray[np.bool_]:
-        """Frames with malformed ground truth; see `GroundTruthLike`."""
-        return self.origin.malformed
-
-    @property
-    def image_size(self) -> tuple[int, int] | None:
-        """Width and height of the images; None if unknown."""
-        size: tuple[int, int] | None = getattr(self.origin, "image_size", None)
-        return size
 
 
 def select_ground_truth(
@@ -64,7 +37,14 @@ def select_ground_truth(
             f"{name}: the region {region!r} is absent in frame {present[0]}, the first one with "
             "the target. Use another region for init."
         )
-    return RegionGroundTruth(boxes, truth.regions, truth.visibility, truth)
+    return GroundTruthArrays(
+        boxes,
+        annotated=truth.annotated,
+        malformed=truth.malformed,
+        regions=truth.regions,
+        visibility=truth.visibility,
+        image_size=getattr(truth, "image_size", None),
+    )
 
 
 def segment_frames(protocol: str, sequence: Sequence, init: str) -> tuple[NDArray[np.int32], ...]:

@@ -143,6 +143,7 @@ class Pool:
         self._messages: _Messages = SimpleQueue()
         self._idle: list[Worker] = []
         self._busy: dict[Worker, partial[Any]] = {}
+        self._ended: list[tuple[partial[Any], Any]] = []  # calls with their results
         self._n_failed_starts = 0
 
     def run_tasks(
@@ -194,14 +195,13 @@ class Pool:
         while True:
             while len(self._busy) < self._n_workers and (call := next_call()) is not None:
                 self._begin(call)
-            if not self._busy:
+            if not self._busy and not self._ended:
                 return
-            for result in self._answers():
-                # Meanwhile, the worker that has answered has the next request.
-                if (call := next_call()) is not None:
-                    self._begin(call)
-                yield result
+            ended, self._ended = self._ended, []
+            yield from ended  # meanwhile, the workers that have answered have the next calls
             progress(sum(worker.work for worker in self._busy))
+            if self._busy:
+                self._wait()
 
     def close(self) -> None:
         """End all workers."""
@@ -219,22 +219,20 @@ class Pool:
         self._busy[worker] = call
         worker.send(call)
 
-    def _answers(self) -> Iterator[tuple["partial[Any]", Any]]:
-        """Wait for a message; yield the calls that have ended, with their results."""
+    def _wait(self) -> None:
+        """Handle the next message, and end workers that have not sent theirs in time."""
         with suppress(Empty):
             worker, message, value = self._messages.get(timeout=_POLL_SECONDS)
             if worker in self._busy:
-                yield from self._handle_message(worker, message, value)
+                self._handle_message(worker, message, value)
         for worker in [worker for worker in self._busy if worker.is_overdue()]:
             worker.end()
-            yield self._busy.pop(worker), RepeatError("the worker process did not answer in time")
+            late = RepeatError("the worker process did not answer in time")
+            self._ended.append((self._busy.pop(worker), late))
 
-    def _handle_message(
-        self, worker: Worker, message: str, value: Any
-    ) -> Iterator[tuple["partial[Any]", Any]]:
-        """Yield the call of a worker if this message is its result."""
+    def _handle_message(self, worker: Worker, message: str, value: Any) -> None:
         if message == "end":
-            yield from self._replace(worker)
+            self._replace(worker)
             return
         worker.has_begun, self._n_failed_starts = True, 0
         if message == "silence":
@@ -250,14 +248,14 @@ class Pool:
                 self._idle.append(worker)
             if message == "error" and not isinstance(value, SequenceError | RepeatError):
                 raise value
-            yield call, value
+            self._ended.append((call, value))
 
-    def _replace(self, worker: Worker) -> Iterator[tuple["partial[Any]", Any]]:
-        """Replace a worker that has ended; yield its call, unless it had not begun."""
+    def _replace(self, worker: Worker) -> None:
+        """Replace a worker that has ended, or end its call if that had begun."""
         call, reason = self._busy.pop(worker), worker.exit_reason()
         worker.end()
         if worker.has_begun:
-            yield call, RepeatError(reason)
+            self._ended.append((call, RepeatError(reason)))
             return
         self._n_failed_starts += 1
         if self._n_failed_starts > 1:  # the operating system may have killed the first worker

@@ -16,7 +16,6 @@ from trackmark.bench.external.process import ExternalTrackerError
 from trackmark.bench.external.worker_process import WorkerProcess
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.catalogue import in_file
-from trackmark.trackers.base.estimate_check import MalformedEstimateError
 
 _OPERATIONS = "trackmark.bench.external.isolated_worker:IsolatedTrackers"
 
@@ -101,11 +100,12 @@ class IsolatedTracker(RemoteTracker):
     The optional methods `watch`, `finish` and `maps` are attributes if the tracker has them.
     """
 
+    process: WorkerProcess
+
     def __init__(self, factory: IsolatedFactory, seed: np.random.SeedSequence) -> None:
         self._factory = factory
-        self._process = take_process(factory.start_process, *factory.process_key)
-        self._is_closed = False
-        methods = self._process.call(
+        self.process = take_process(factory.start_process, *factory.process_key)
+        methods = self.process.call(
             self,
             START_SECONDS,  # a new process imports the file
             "create",
@@ -135,21 +135,10 @@ class IsolatedTracker(RemoteTracker):
             revised=dict(reply["revised"]) if "revised" in reply else None,
         )
 
-    @property
-    def printed(self) -> str:
-        """See `RemoteTracker.printed`."""
-        return self._process.printed()
-
-    def reject(self, error: MalformedEstimateError) -> Exception:
-        """See `RemoteTracker.reject`."""
-        return error
-
     def close(self) -> None:
         """See `RemoteTracker.close`."""
-        if not self._is_closed:
-            self._is_closed = True
-            seconds, key = self._factory.frame_seconds, self._factory.process_key
-            self._process.drop_tracker(seconds, *key)
+        if process := vars(self).pop("process", None):
+            process.drop_tracker(self._factory.frame_seconds, *self._factory.process_key)
 
     def _watch(self, image: Image) -> None:
         self._call("watch", [image])
@@ -164,8 +153,8 @@ class IsolatedTracker(RemoteTracker):
         self, operation: str, arrays: Sequence[Image | Mask] = (), **arguments: Any
     ) -> dict[str, Any]:
         seconds = self._factory.frame_seconds
-        return self._process.call(self, seconds, operation, arrays, **arguments)
+        return self.process.call(self, seconds, operation, arrays, **arguments)
 
     def _arrays(self, reply: Mapping[str, Any]) -> dict[str, Any]:
         types: Mapping[str, Sequence[Any]] = reply["arrays"]
-        return dict(zip(types, self._process.read_arrays(types.values()), strict=True))
+        return dict(zip(types, self.process.read_arrays(types.values()), strict=True))

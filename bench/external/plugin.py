@@ -23,6 +23,8 @@ class RemoteTracker:
 
     Attributes
     ----------
+    process : LineProcess
+        The tracker's process, until `close` is called.
     call_time : CallTime
         Times of the last call of `init` or `update`, without conversion of images and transfer.
     device : str
@@ -35,20 +37,21 @@ class RemoteTracker:
         True if the arrays of estimates are stored; otherwise they need not be transferred.
     """
 
+    process: LineProcess
     call_time: CallTime
     device = ""
     clock: ClassVar[str] = ""
     drawn: Sequence[str] = ()
     keeps_arrays = False
 
-    @abstractmethod
-    def reject(self, error: MalformedEstimateError) -> Exception:
-        """Return the failure for an estimate that the harness rejects."""
-
     @property
-    @abstractmethod
     def printed(self) -> str:
         """End of what the tracker has printed."""
+        return self.process.printed()
+
+    def reject(self, error: MalformedEstimateError) -> Exception:
+        """Return the failure for an estimate that the harness rejects."""
+        return error
 
     @abstractmethod
     def close(self) -> None:
@@ -79,19 +82,11 @@ class ExternalPlugin(AdaptedTracker, RemoteTracker):
         Digest of the tracker's files; a process that has read other content is not used.
     version : dict
         Value of `Identity.tracker_code`.
-    process : LineProcess
-        The tracker's process, until `close` is called.
     """
 
     external_options: ClassVar[ExternalOptions]
     digest: ClassVar[str]
     version: ClassVar[dict[str, Any]]
-    process: LineProcess
-
-    @property
-    def printed(self) -> str:
-        """See `RemoteTracker.printed`."""
-        return self.process.printed()
 
     def reject(self, error: MalformedEstimateError) -> Exception:
         """See `RemoteTracker.reject`."""

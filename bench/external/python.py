@@ -74,8 +74,7 @@ class PythonPlugin(ExternalPlugin):
 
     def close(self) -> None:
         """See `ExternalPlugin.close`."""
-        process = vars(self).pop("process", None)
-        if process:
+        if process := vars(self).pop("process", None):
             limit = self.external_options.frame_limit
             process.drop_tracker(limit, self.external_options, self.digest)
 

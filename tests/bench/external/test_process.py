@@ -40,7 +40,6 @@ def test_process_exchanges_marked_lines(tmp_path):
 
 
 FAILURES = {
-    "import sys; input(); sys.exit('no GPU')": "status 1. Its last line: no GPU",
     "import sys; sys.exit('é' * 10**6 + '\\nno torch')": "status 1. Its last line: no torch\nThe",
     "import os; print('x', flush=True); os._exit(7)": "status 7. Its last line: x\nThe end of",
     "import os; input(); os.kill(os.getpid(), 11)": "ended by signal 11 (Segmentation fault)",
@@ -48,7 +47,6 @@ FAILURES = {
     "import os\nwhile True: os.write(1, bytes(1 << 16))": "more than 64 MiB without a line end",
     "import time; input(); time.sleep(99)": "did not answer in 0.5 s",
     "input()\nwhile True: print('noise')": "did not answer in 0.5 s. Its last line: noise",
-    "import os; input()\nwhile True: os.write(2, b'noise\\n')": "did not answer in 0.5 s",
     "import time; time.sleep(99)": "did not read its input in 0.5 s",
 }
 
