@@ -27,7 +27,6 @@ from trackmark.bench.statistics.verdict_rules import (
     no_worse,
     order,
     share,
-    success,
 )
 
 HALF = 0.5
@@ -52,10 +51,10 @@ class Evidence:
     ----------
     first, second : DataFrame
         One row per sequence, scene and tracker: `sequence`, `rank` (index of the scene, from 0),
-        `tracker`, `value` (mean over repetitions). `first` contains the trackers of `better` or
+        `tracker`, `value`. `first` contains the trackers of `better` or
         `trackers`, or values of a measure of scenes. `second` contains those of `worse`.
     kept_first, kept_second : DataFrame
-        Tables of the same form with the kept share of the runs of a scene, or of the members of a
+        Tables of the same form: 1 if a scene is kept, else 0, or the kept share of the members of a
         set; empty if floor and ceiling do not apply.
     lower_is_better : bool
         True if smaller values are better.
@@ -64,7 +63,7 @@ class Evidence:
     unit, unit_noun : str
         Unit of the values; name of a statistical unit, in the singular.
     lost_before : array
-        Success (`success`) of losing the target before the event, by scene; empty without an event.
+        1 if the target is lost before the event, else 0, by scene; empty without an event.
     equal_runs : float
         Share of the scenes in which the compared trackers have equal boxes; NaN if unknown.
     not_posed : str
@@ -201,8 +200,7 @@ def _lost_before(lost: Values) -> str:
 
 def _succeeded(table: pd.DataFrame) -> Values:
     """Return the success of each scene: that of its worst sequence and tracker."""
-    by_scene = table.assign(value=success(table["value"])).groupby("rank")["value"].min()
-    return by_scene.to_numpy(np.float64)
+    return table.groupby("rank")["value"].min().to_numpy(np.float64)
 
 
 def _chosen_sides(evidence: Evidence) -> list[pd.DataFrame]:

@@ -19,10 +19,9 @@ from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.scene_values import scene_values
 from trackmark.bench.papers.settings import parameters
 from trackmark.bench.papers.verdicts import VerdictRow, judge_row
-from trackmark.bench.statistics.verdict_rules import success
 
 BOUNDED = ("share", "overlap", "J")  # units of measures with values in [0, 1]
-SUCCEEDS = 0.5  # a scene in which half of the runs succeed is no success
+SUCCEEDS = 0.5  # limit between the values 0 and 1 of a measure of success
 DOUBLINGS = "doublings"  # unit of the fewest particles, whose logarithm to base 2 is compared
 MIN_POSED = 12
 """Minimum number of the first 40 scenes that meet the criteria of difficulty."""
@@ -110,7 +109,7 @@ def _fewest_particles(table: pd.DataFrame) -> pd.DataFrame:
         spec: int(dict(parameters(spec))["particles"]) for spec in table["tracker"].unique()
     }
     counts = table["tracker"].map(n_particles)
-    needed = counts.where(success(table["value"]) > SUCCEEDS, 2 * max(n_particles.values()))
+    needed = counts.where(table["value"] > SUCCEEDS, 2 * max(n_particles.values()))
     by_scene = needed.groupby([table["sequence"], table["rank"]], sort=False).min()
     names = table.drop_duplicates(["sequence", "rank"]).set_index(["sequence", "rank"])
     fewest = names.assign(value=by_scene.map(log2)).reset_index()
@@ -138,12 +137,12 @@ def _equal_boxes(first: str, second: str, scene: str, context: Context) -> bool:
 
 
 def _lost_before(claim: Claim, claim_cases: list[Case], context: Context) -> NDArray[np.float64]:
-    """Return by scene the success of losing the target before the event; empty without event."""
+    """Return 1 for each scene with a loss before the event, else 0; empty without an event."""
     measure = claim.measure
     if measure.lost_before is None or not claim.trackers:
         return np.zeros(0)
     values = _values(claim_cases, replace(measure, function=measure.lost_before), context)
-    return success(values["value"])
+    return values["value"].to_numpy(np.float64)
 
 
 def _not_posed(sequences: Iterable[PaperSequence]) -> str:

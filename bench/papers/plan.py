@@ -40,10 +40,10 @@ def _required_cases(paper: Paper, options: ReproductionOptions) -> list[Case]:
 
     n_shown = paper.n_scenes(quick=options.quick)
     figures = [figure for figure in paper.figure.values() if figure.is_drawn(options.quick)]
-    all_shown: list[MainRow | FigureDefinition] = [*paper.main_table.rows, *figures]
-    for shown in all_shown:
-        if shown.sequence:
-            add(shown.sequence, shown.trackers, n_shown)
+    rows_and_figures: list[MainRow | FigureDefinition] = [*paper.main_table.rows, *figures]
+    for definition in rows_and_figures:
+        if definition.sequence:
+            add(definition.sequence, definition.trackers, n_shown)
     for claim in () if options.quick else paper.claims.values():
         if claim.measure.subject == "run":
             for side in (claim.trackers, claim.better, claim.worse):

@@ -164,7 +164,7 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
     """Judge whether the share of successful scenes is above a limit in [0, 1].
 
     The claim holds if the interval of the share (`share_interval`) is above the limit, and does not
-    if it is below. `succeeded`: success of each scene (`success`), 0 to 1, shape (n,).
+    if it is below. `succeeded`: 1 for each scene that succeeds, else 0, shape (n,).
     """
     successes = _finite(succeeded)
     n, value, interval, likely = len(successes), _mean(successes), NO_INTERVAL, NO_INTERVAL
@@ -187,26 +187,10 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
     return Verdict(verdict, value, interval, n, reason)
 
 
-def success(shares: ArrayLike) -> NDArray[np.float64]:
-    """Return the success of scenes by their shares of successful runs, of the same shape.
-
-    It is 1 if more than half of the runs succeed, 0.5 if exactly half do, and 0 otherwise. Success
-    and failure have the same rule: the success of 1 - share is 1 - success.
-
-    >>> success([0.2, 0.5, 2 / 3])
-    array([0. , 0.5, 1. ])
-    """
-    values = np.asarray(shares, np.float64)
-    # Means of runs have rounding errors: 0.1 + 0.4 runs of one are half a run.
-    return np.where(np.isclose(values, 0.5, rtol=0, atol=1e-9), 0.5, values > 0.5).astype(
-        np.float64
-    )
-
-
 def kept_interval(kept_shares: ArrayLike, *, sets: bool = False) -> Interval:
     """Return the interval of the share of scenes, or of members of sets, that a tracker keeps.
 
-    `kept_shares`: share of kept runs of a scene, or of kept members of a set, (n,), in [0, 1].
+    `kept_shares`: 1 or 0 for a scene, share of kept members of a set in [0, 1], shape (n,).
     The interval of scenes is that of `share`; the interval of sets is that of a mean. It is missing
     (NaN) for fewer than `MIN_KEPT_SCENES` units.
     """
@@ -214,7 +198,7 @@ def kept_interval(kept_shares: ArrayLike, *, sets: bool = False) -> Interval:
     if len(shares) < MIN_KEPT_SCENES:
         return NO_INTERVAL
     if not sets:
-        return share_interval(float(success(shares).sum()), len(shares))
+        return share_interval(float(shares.sum()), len(shares))
     low, high = mean_interval(shares)
     return Interval(max(low, 0.0), min(high, 1.0))
 

@@ -111,7 +111,7 @@ def test_share_verdict_and_reason(good, n, limit, verdict, reason):
 
 def test_kept_interval_is_that_of_a_share_or_of_a_mean():
     assert kept_interval([1.0] * 23) == pytest.approx((np.nan, np.nan), nan_ok=True)
-    assert kept_interval([2 / 3] * 20 + [1 / 3] * 4) == share_interval(20, 24)
+    assert kept_interval([1.0] * 20 + [0.0] * 4) == share_interval(20, 24)
     members = np.linspace(0.9, 1.0, 24)  # of sets
     low, high = mean_interval(members)
     assert kept_interval(members, sets=True) == (low, min(high, 1.0))
