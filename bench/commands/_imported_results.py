@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from trackmark.bench.commands._options import matching_sequences, option
-from trackmark.bench.commands._progress import open_runs, print_message
+from trackmark.bench.commands._progress import print_message, report_slow_work
 
 if TYPE_CHECKING:
     from trackmark.bench.exchange.importing import ImportedTracker
@@ -44,15 +44,10 @@ def parse_imported(arguments: Sequence[str]) -> "list[ImportedTracker]":
 def store_imported(imported: "Sequence[ImportedTracker]", sequences: str, folder: Path) -> int:
     """Store imported results on sequences in a results folder; return the number of runs."""
     from trackmark.bench.exchange.importing import import_results, open_sequences
-    from trackmark.bench.store.run_store import RunStore
-    from trackmark.bench.store.truth import stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    truths = [stored_truth(sequence) for _, sequence in opened]
-    RunStore(folder).add_all([], truths)
-    n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
-    open_runs(folder)  # computes the scores
-    return n_runs
+    with report_slow_work("Importing results"):
+        return import_results(imported, opened, folder, print_message)
 
 
 def with_imported(runs: "Runs", imported: "Sequence[ImportedTracker]") -> "Runs":
@@ -66,8 +61,7 @@ def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Run
     """Return imported results on sequences as runs in memory."""
     from trackmark.bench.exchange.importing import open_sequences, read_runs
     from trackmark.bench.store.runs import Runs
-    from trackmark.bench.store.truth import stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    runs = read_runs(imported, [origin for origin, _ in opened], print_message)
-    return Runs.in_memory(runs, [stored_truth(sequence) for _, sequence in opened], IMPORTED_ONLY)
+    runs = read_runs(imported, opened, print_message)
+    return Runs.in_memory(runs, opened, IMPORTED_ONLY)
