@@ -117,11 +117,11 @@ def import_results(
 
     Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    runs, stored = read_runs(trackers, sequences, on_message), Runs.unscored(folder)
-    replaced = {run_key(row): row["version"] for row in stored.stored_rows}
+    runs, stored_runs = read_runs(trackers, sequences, on_message), Runs.unscored(folder)
+    replaced = {run_key(row): row["version"] for row in stored_runs.stored_rows}
     versions = {run_key(run.identity): run.identity.version for run in runs}
     for key in versions.keys() & replaced.keys():
-        if not stored.run(key).identity.imported:
+        if not stored_runs.run(key).identity.imported:
             raise name_collision(folder, key[0])
     store = RunStore(folder)
     store.add_requests(versions)
