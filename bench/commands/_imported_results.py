@@ -42,8 +42,7 @@ def imported_runs(imported: "Sequence[ImportedTracker]", sequences: str) -> "Run
     """Return imported results on sequences as runs in memory."""
     from trackmark.bench.exchange.importing import open_sequences, read_runs
     from trackmark.bench.store.runs import Runs
-    from trackmark.bench.store.truth import stored_truth
 
     opened = open_sequences(matching_sequences(sequences), print_message)
-    runs = read_runs(imported, [origin for origin, _ in opened], print_message)
-    return Runs.in_memory(runs, [stored_truth(sequence) for _, sequence in opened], "published")
+    runs = read_runs(imported, opened, print_message)
+    return Runs.in_memory(runs, opened, "published")

@@ -28,6 +28,7 @@ from trackmark.bench.commands._progress import (
     open_runs,
     print_hint,
     print_message,
+    report_slow_work,
 )
 from trackmark.bench.commands._terminal import confirm
 
@@ -305,16 +306,12 @@ def import_command(results: tuple[str, ...], sequences: str, name: str, results_
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.exchange.importing import import_results, open_sequences
-    from trackmark.bench.store.run_store import RunStore
-    from trackmark.bench.store.truth import stored_truth
 
     folder = results_root / name
     imported = parse_imported(results)
     opened = open_sequences(matching_sequences(sequences), print_message)
-    truths = [stored_truth(sequence) for _, sequence in opened]
-    RunStore(folder).add_all([], truths)
-    n_runs = import_results(imported, [origin for origin, _ in opened], folder, print_message)
-    open_runs(folder)  # computes the scores
+    with report_slow_work("Importing results"):
+        n_runs = import_results(imported, opened, folder, print_message)
     click.echo(f"{n_runs} {'run is' if n_runs == 1 else 'runs are'} in {folder}.")
 
 

@@ -36,9 +36,10 @@ from trackmark.bench.exchange.result_format import (
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.keys import RunKey, run_key
+from trackmark.bench.store.keys import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.truth import StoredTruth, stored_truth
 from trackmark.datasets.interface import group_remarks
 
 
@@ -65,40 +66,27 @@ def parse_imported_tracker(argument: str) -> ImportedTracker:
 
 def open_sequences(
     sources: Sequence[SequenceSpec], on_message: Callable[[str], None]
-) -> list[tuple[ResultSequence, datasets.Sequence]]:
+) -> list[ResultSequence]:
     """Open the sequences of imported results.
 
     `on_message` is called with sentences on frames and rows that are not scored. Raises
     `SequenceError` for a sequence that cannot be opened or has no ground truth.
     """
-    opened = []
-    for source in sources:
-        sequence = datasets.load(source.spec, truth=source.truth)
+    opened = [datasets.load(source.spec, truth=source.truth) for source in sources]
+    for sequence in opened:
         sequence.check_runnable()
-        absolute = source.absolute()
-        result_sequence = ResultSequence(
-            sequence.name,
-            sequence.fingerprint,
-            sequence.boxes,
-            absolute.spec,
-            str(absolute.truth or ""),
-            sequence.image_size,
-            sequence.origin.first_pixel,
-        )
-        opened.append((result_sequence, sequence))
-    for remark in group_remarks([sequence for _, sequence in opened]):
+    for remark in group_remarks(opened):
         on_message(remark)
-    return opened
+    return [
+        _with_paths(
+            stored_truth(sequence), source.absolute().spec, str(source.absolute().truth or "")
+        )
+        for sequence, source in zip(opened, sources, strict=True)
+    ]
 
 
-def sequences_of(runs: Runs) -> list[ResultSequence]:
-    """Return the sequences of runs."""
-    sequences = []
-    for name, row in {row["sequence"]: row for row in runs.evaluated_rows()}.items():
-        truth = runs.truths[name, row["fingerprint"]]
-        source, further = (row["source"], row["truth"]), (truth.image_size, truth.first_pixel)
-        sequences.append(ResultSequence(name, row["fingerprint"], truth.boxes, *source, *further))
-    return sequences
+def _with_paths(ground_truth: StoredTruth, source: str, truth: str) -> ResultSequence:
+    return ResultSequence(**vars(ground_truth), source=source, truth=truth)
 
 
 def read_runs(
@@ -125,21 +113,19 @@ def import_results(
     folder: Path,
     on_message: Callable[[str], None],
 ) -> int:
-    """Write results as runs into a folder that contains the ground truth; return their number.
+    """Write results as runs, with scores and ground truth, into a folder; return their number.
 
     Raises as `read_runs`, and `ExchangeError` for a tracker that has runs of its own there.
     """
-    store, runs = RunStore(folder), read_runs(trackers, sequences, on_message)
-    versions: dict[RunKey, str] = {run_key(run.identity): run.identity.version for run in runs}
+    runs, stored_runs = read_runs(trackers, sequences, on_message), Runs.unscored(folder)
+    replaced = {run_key(row): row["version"] for row in stored_runs.stored_rows}
+    versions = {run_key(run.identity): run.identity.version for run in runs}
+    for key in versions.keys() & replaced.keys():
+        if not stored_runs.run(key).identity.imported:
+            raise name_collision(folder, key[0])
+    store = RunStore(folder)
     store.add_requests(versions)
-    stored_keys, replaced = set(store.list_keys()), list[tuple[Run, str]]()
-    for run in runs:
-        key = run_key(run.identity)
-        existing = store.read(key).identity if key in stored_keys else None
-        if existing is not None and not existing.imported:
-            raise name_collision(folder, existing.tracker)
-        replaced.append((run, existing.version if existing else ""))
-    store.add_all(replaced)
+    store.add_all([(run, replaced.get(run_key(run.identity), "")) for run in runs], sequences)
     return len(runs)
 
 
@@ -153,8 +139,12 @@ def with_imported_runs(
     stored_trackers = {row["tracker"] for row in runs.rows if row["status"] != "missing"}
     if both := stored_trackers & {tracker.tracker for tracker in trackers}:
         raise name_collision(runs.folder, min(both))
-    imported = read_runs(trackers, sequences_of(runs), on_message)
-    return runs + Runs.in_memory(imported, runs.truths.values())
+    rows = {row["sequence"]: row for row in runs.evaluated_rows()}
+    sequences = [
+        _with_paths(runs.truths[name, row["fingerprint"]], row["source"], row["truth"])
+        for name, row in rows.items()
+    ]
+    return runs + Runs.in_memory(read_runs(trackers, sequences, on_message), sequences)
 
 
 def name_collision(folder: Path | None, tracker: str) -> ExchangeError:

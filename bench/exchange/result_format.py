@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.truth import StoredTruth
 from trackmark.datasets import SequenceError, number_files
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.number_files import form_problem
@@ -28,16 +29,11 @@ class ExchangeError(ResultsError):
 
 
 @dataclass(frozen=True)
-class ResultSequence:
-    """Sequence of imported results, with ground truth and source."""
+class ResultSequence(StoredTruth):
+    """Ground truth of a sequence with imported results, and the paths from which it is opened."""
 
-    name: str
-    fingerprint: str
-    boxes: NDArray[np.float64]
-    source: str
-    truth: str = ""
-    image_size: tuple[int, int] | None = None  # width and height [pixels]; None if unknown
-    first_pixel: int = 0  # see `datasets.Origin`
+    source: str = ""
+    truth: str = ""  # path of a given ground-truth file; empty if there is none
 
 
 @dataclass(frozen=True)

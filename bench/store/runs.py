@@ -244,9 +244,14 @@ class Runs(Mapping[RunName, Run]):
 
     def of_trackers(self, labels: Collection[str]) -> Self:
         """Return the runs of some trackers; runs that are stale stay stale."""
-        content = self._runs, self._truths
         return type(self)(
-            self.stored_rows, self.requested, self.folder, self.title, *content, labels
+            self.stored_rows,
+            self.requested,
+            self.folder,
+            self.title,
+            self._runs,
+            self._truths,
+            labels,
         )
 
     @cached_property

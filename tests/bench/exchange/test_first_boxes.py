@@ -5,9 +5,9 @@ import json
 import numpy as np
 import pytest
 
-from tests.bench.exchange.import_builder import import_runs
+from tests.bench.exchange.import_builder import import_runs, result_sequence
 from trackmark.bench.exchange.importing import ImportedTracker, import_results
-from trackmark.bench.exchange.result_format import ExchangeError, ResultSequence
+from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.store.run_store import RunStore
 
 TRUTH = np.array([[50, 46, 25, 62], [52, 45, 25, 61], [55, 44, 25, 60], [57, 44, 26, 60]], float)
@@ -47,7 +47,7 @@ def import_boxes(folder, boxes, kind="otb", truth=TRUTH, **header):
 )
 def test_import_refuses_other_units(convert, words, tmp_path):
     truth = np.array([[50, 16, 25, 62]] * 4, float)
-    sequence = ResultSequence("Couple", "fingerprint", truth, "/data", image_size=(100, 200))
+    sequence = result_sequence("Couple", truth, image_size=(100, 200))
     (tmp_path / "Couple.txt").write_text(text(convert(truth)))
     with pytest.raises(ExchangeError, match=f"Couple.txt: the boxes look like {words}"):
         import_runs("otb", tmp_path, sequence, tmp_path / "results")
@@ -126,7 +126,7 @@ def import_files(folder, files, first_pixel=1, name="data-{}"):
     for number, boxes in enumerate(files):
         (theirs / f"{name.format(number)}.txt").write_text(text(boxes))
     sequences = [
-        ResultSequence(name.format(number), "print", TRUTH, "/data", first_pixel=first_pixel)
+        result_sequence(name.format(number), TRUTH, first_pixel=first_pixel)
         for number in range(len(files))
     ]
     trackers = [ImportedTracker("theirs", "otb", theirs)]

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from tests.bench.exchange.import_builder import import_runs
+from tests.bench.exchange.import_builder import import_runs, result_sequence
 from tests.bench.exchange.test_formats import binary
 from tests.bench.stored_truths import add_truth_of
 from trackmark import datasets
@@ -16,7 +16,7 @@ from trackmark.bench import metrics
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.scoring import can_score, score_run
 from trackmark.bench.exchange.exporting import export_results
-from trackmark.bench.exchange.importing import ResultSequence, parse_imported_tracker
+from trackmark.bench.exchange.importing import parse_imported_tracker
 from trackmark.bench.exchange.result_format import ExchangeError
 from trackmark.bench.metrics.interface import GroundTruthArrays, RunEstimates
 from trackmark.bench.store.run_store import RunStore
@@ -43,8 +43,8 @@ def store_run(run, sequence, folder):
 
 
 def import_run(kind, theirs, sequence, folder, messages=None, first_pixel=0):
-    key = sequence.name, sequence.fingerprint, sequence.boxes
-    on = ResultSequence(*key, sequence.name, first_pixel=first_pixel)
+    options = {"fingerprint": sequence.fingerprint, "source": sequence.name}
+    on = result_sequence(sequence.name, sequence.boxes, first_pixel=first_pixel, **options)
     on_message = [].append if messages is None else messages.append
     (run,) = import_runs(kind, theirs, on, folder, on_message)
     return run
@@ -159,7 +159,7 @@ def moving_boxes(n):
 
 
 def import_bag(folder, truth):
-    on = ResultSequence("bag", "fingerprint", truth, "bag")
+    on = result_sequence("bag", truth)
     (run,) = import_runs("vot", folder, on, folder.parent / "results", pytest.fail)
     return run
 
