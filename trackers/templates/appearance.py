@@ -8,10 +8,11 @@ from collections import deque
 from math import atan
 from typing import Literal, NamedTuple, TypeAlias
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf, dgetri
+from scipy.linalg.lapack import dgetrf, dgetri, dsyevd
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
@@ -45,11 +46,10 @@ class TemplateComparison(NamedTuple):
 def raise_eigenvalues(matrix: Array, floor: float) -> Array:
     """Return a symmetric matrix with eigenvalues below `floor` replaced by it."""
     symmetric = (matrix + matrix.T) / 2
-    values, vectors = np.linalg.eigh(symmetric)
+    values, vectors, _ = dsyevd(symmetric, lower=1)  # np.linalg is slower for small matrices
     if values[0] >= floor:
         return symmetric
-    raised: Array = (vectors * np.maximum(values, floor)) @ np.ascontiguousarray(vectors.T)
-    return raised
+    return np.dot(vectors * np.maximum(values, floor), np.ascontiguousarray(vectors.T))
 
 
 class TemplateFilter:
@@ -258,11 +258,11 @@ def compute_features(image: Image, features: Features) -> Array:
     = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
     `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
-    colours = image[..., ::-1].astype(np.float64, order="C")
     if features == "rgb":
-        return colours
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.float64)
     if features == "intensity":
-        return np.asarray(colours.sum(axis=2, keepdims=True))
+        blue, green, red = (image[..., channel, np.newaxis] for channel in range(3))
+        return np.add(np.add(blue, green, dtype=np.uint16), red).astype(np.float64)
     return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
 
 
