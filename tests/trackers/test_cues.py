@@ -137,6 +137,13 @@ def test_discriminant_axes_equal_the_slow_definition(k, exponent):
     assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
 
 
+def test_discriminant_axis_connects_uniform_classes():
+    flat = discriminant_basis(np.full((9, 3), 0.2), np.tile([0.2, 0.2, 0.5], (9, 1)))
+    np.testing.assert_allclose(flat[:, 0], [0, 0, -1], atol=1e-9)
+    same = discriminant_basis(np.full((9, 3), 0.2), np.full((9, 3), 0.2))
+    np.testing.assert_allclose(same.T @ same, np.eye(2), atol=1e-12)
+
+
 def test_class_of_too_few_colours_is_rejected():
     target, background = colours(0, 3, 20)
     with pytest.raises(ValueError, match="3 colours of the target and 20 of the background"):

@@ -288,6 +288,16 @@ def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
     return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
 
 
+def test_view_without_inliers_keeps_the_covariance():
+    _, seen = views(2)
+    appearance = TemplateFilter(noise(), seen[0])
+    appearance.start(seen[1])
+    before = appearance.residual
+    lost = appearance.compare(seen[1] + 1e4)
+    assert lost.share == 1
+    np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
+
+
 @pytest.mark.parametrize(("preset", "frames"), [("as-written", 5), ("recommended", 6)])
 def test_outlier_becomes_the_template_as_in_equation_11(preset, frames):
     """Worked by hand: n_omax = γ / κ = 0.25 / 0.05 = 5, and equation 11 prints n_o ≥ n_omax."""
