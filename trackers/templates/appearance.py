@@ -49,7 +49,8 @@ def raise_eigenvalues(matrix: Array, floor: float) -> Array:
     values, vectors, _ = dsyevd(symmetric, lower=1)  # np.linalg is slower for small matrices
     if values[0] >= floor:
         return symmetric
-    return np.dot(vectors * np.maximum(values, floor), np.ascontiguousarray(vectors.T))
+    raised: Array = np.dot(vectors * np.maximum(values, floor), np.ascontiguousarray(vectors.T))
+    return raised
 
 
 class TemplateFilter:
