@@ -230,13 +230,7 @@ class Moreno2005(segmenter.Segmenter):
     def chain_from(self, start: segmenter.ChainStart) -> Chain:
         """See `Segmenter.chain_from`."""
         parameters: Moreno2005Parameters = self.parameters
-        self.planes = PlaneCue(
-            start.basis,
-            parameters.plane_samples,
-            parameters.plane_spread,
-            parameters.weights,
-            parameters.plane_temperature,
-        )
+        self.planes = PlaneCue(start.basis, parameters)
         palettes = MixtureEvaluator(
             parameters.object_components,
             parameters.weights,
