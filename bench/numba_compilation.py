@@ -28,7 +28,7 @@ def log_compilation() -> None:
 
 
 def prepare_numba(on_compile: Callable[[], None] = lambda: None) -> None:
-    """Call `on_compile` whenever Numba starts a compilation, and lock Numba's cache on disk.
+    """Call `on_compile` for each compilation by Numba, and let one process compile a kernel.
 
     This takes effect when Numba is imported; processes without kernels do not import it.
     """
@@ -53,7 +53,7 @@ class _NumbaFinder:
             def execute_and_prepare(module: ModuleType) -> None:
                 execute(module)
                 _register_callback(self._on_compile)
-                _lock_cache()
+                _lock_cache(self._on_compile)
 
             spec.loader.exec_module = execute_and_prepare  # type: ignore[method-assign]  # patches this instance
         return spec
@@ -72,12 +72,13 @@ def _register_callback(on_compile: Callable[[], None]) -> None:
     event.register("numba:compile", Listener())  # type: ignore[no-untyped-call]  # Numba's
 
 
-def _lock_cache() -> None:
+def _lock_cache(on_compile: Callable[[], None]) -> None:
     """Make Numba lock the cache of a kernel while one process looks it up, compiles and stores it.
 
     Workers start with the same kernels at the same time. Without the lock, each would compile all
     of them. One could also read an older kernel, or one for other types, because Numba writes the
-    index of compiled kernels before their files.
+    index of compiled kernels before their files. To wait for a kernel calls `on_compile`, too: this
+    time is no time of a tracker.
     """
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher
@@ -92,7 +93,11 @@ def _lock_cache() -> None:
             if file is not None:
                 with suppress(OSError):  # a read-only folder has no writers
                     locked = lock.enter_context(Path(f"{file._index_path}.lock").open("ab"))
-                    lock_file(locked.fileno())
+                    try:
+                        lock_file(locked.fileno(), wait=False)
+                    except OSError:
+                        on_compile()
+                        lock_file(locked.fileno())
             return compile_or_load(kernel, *arguments)
 
     Dispatcher.compile = compile_alone  # type: ignore[method-assign,assignment]  # Numba's

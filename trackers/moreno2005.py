@@ -21,7 +21,6 @@ from trackmark.trackers.contours.colour_cue import (
     MAX_EIGENVALUE,
     MIN_EIGENVALUE,
     ColourCue,
-    ColourDynamics,
     MixtureEvaluator,
     MixtureScale,
     RefittedColours,
@@ -231,21 +230,14 @@ class Moreno2005(segmenter.Segmenter):
     def chain_from(self, start: segmenter.ChainStart) -> Chain:
         """See `Segmenter.chain_from`."""
         parameters: Moreno2005Parameters = self.parameters
-        self.planes = PlaneCue(
-            start.basis,
-            parameters.plane_samples,
-            parameters.plane_spread,
-            parameters.weights,
-            parameters.plane_temperature,
-        )
+        self.planes = PlaneCue(start.basis, parameters)
         palettes = MixtureEvaluator(
             parameters.object_components,
             parameters.weights,
             parameters.colour_temperature,
         )
         self.refitted = RefittedColours(start.fit, parameters.colour_samples, 1.0, palettes)
-        steps = ColourDynamics(**parameters.model_dump(include={*ColourDynamics.__annotations__}))
-        particles = ColourCue(start.components, parameters.colour_samples, steps, palettes)
+        particles = ColourCue(start.components, parameters, palettes)
         colours = particles if parameters.colour_model == "particles" else self.refitted
         cue_class = ContourCue if parameters.position == "particles" else KalmanContourCue
         contours = self.contour_cue(start, cue_class)

@@ -1,7 +1,7 @@
 """A template of per-pixel robust adaptive Kalman filters (Nguyen & Smeulders 2002)."""
 
 from collections.abc import Mapping
-from math import ceil, floor, inf, nan, sqrt
+from math import floor, inf, nan, sqrt
 from typing import Literal
 
 import numpy as np
@@ -329,9 +329,8 @@ class Nguyen2002(SharingTracker):
             )
         self._size = np.array([box[2], box[3]])
         self._shape = rows, columns
-        self._noise = self._noise_model(appearance.n_features(parameters.features))
         self._pose = Pose(x, y, 1.0)
-        self._filter = appearance.TemplateFilter(self._noise, self._view(frame.image, self._pose))
+        self._filter = appearance.TemplateFilter(parameters, self._view(frame.image, self._pose))
         self._restart(self._pose, (0.0, 0.0, 0.0))
         self._frame, self._watched = self._watched, 0
         self._occlusion: Occlusion | None = None
@@ -377,26 +376,6 @@ class Nguyen2002(SharingTracker):
         while self._occlusion is not None and self._occlusion.candidates:
             self._resolve(self._occlusion, revised)
         return revised
-
-    def _noise_model(self, d: int) -> appearance.NoiseModel:
-        from scipy.special import chdtri
-
-        parameters = self.parameters
-        limit = float(chdtri(d, 1 - parameters.delta))
-        # Rounded, because 0.3 / 0.05 < 6 in floating point.
-        maximum = round(parameters.gamma / parameters.minimal_speed, 9)
-        patience = floor(maximum) + 1 if parameters.outlier_rule == "exceeds" else ceil(maximum)
-        return appearance.NoiseModel(
-            limit=limit,
-            floor=appearance.FLOORS[parameters.features],
-            first_spread=parameters.first_spread,
-            trimmed=parameters.first_covariance == "inliers",
-            average=parameters.average,
-            correlated=parameters.covariance == "full",
-            adaptive=parameters.adaptive_noise,
-            excludes_outliers=parameters.gate,
-            patience=patience if parameters.rebootstrap else np.iinfo(np.int64).max,
-        )
 
     def _advance(self, image: Image, frame: int, revised: dict[int, Box]) -> Pose:
         """Process a new frame, or reprocess a frame after an occlusion whose end is now known."""
@@ -469,7 +448,7 @@ class Nguyen2002(SharingTracker):
         revised[ended] = self._box(pose)
         features = self._view(occlusion.images[end.offset], pose)
         if self.parameters.reinitialise == "bootstrap":
-            self._filter = appearance.TemplateFilter(self._noise, features)
+            self._filter = appearance.TemplateFilter(self.parameters, features)
         else:
             self._filter.reset_keeping_noise(features)
         velocity = [(b - a) / steps for a, b in zip(occlusion.last, pose, strict=True)]
@@ -498,7 +477,7 @@ class Nguyen2002(SharingTracker):
             self._filter.residual,
             around,
             search_range,
-            sqrt(self._noise.limit) if parameters.norm == "huber" else inf,
+            sqrt(self._filter.limit) if parameters.norm == "huber" else inf,
             parameters.subpixel,
         )
         shape = self._height, self._width

@@ -278,9 +278,6 @@ class Nummiaro2003(SharingTracker):
         self._likelihood = target_model.Likelihood(
             parameters.sigma, parameters.update_reading, parameters.update_threshold
         )
-        self._motion = motion.MotionModel(
-            **parameters.model_dump(include={*motion.MotionModel.__annotations__})
-        )
         self._watched: Image | None = None
         self._detector: Callable[[Image], Array] | None = None
 
@@ -476,7 +473,8 @@ class Nummiaro2003(SharingTracker):
         """Resample and propagate the particles (steps 1 and 2 of Fig. 1)."""
         indices = multinomial(self._weights, self._generator.random(len(self._weights)))
         self._model.select(indices)
-        self._particles, self._rates = self._motion.step(
+        self._particles, self._rates = motion.propagate(
+            self.parameters,
             self._particles[indices],
             self._rates[indices],
             float(self._mean[4]),

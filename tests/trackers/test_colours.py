@@ -199,6 +199,16 @@ def test_posterior_equals_that_of_scipy_densities(prior):
     np.testing.assert_allclose(actual, wanted / (wanted + others), rtol=1e-9)
 
 
+def test_posterior_of_a_distant_colour_follows_the_wider_tail():
+    narrow, wide = (
+        Mixture(np.ones(1), np.zeros((1, 2)), variance * np.eye(2)[np.newaxis])
+        for variance in (2e-4, 4e-4)
+    )
+    far = np.array([[1.5, 0.0]])  # 100 deviations away
+    assert posterior(far, narrow, wide) == 0
+    assert posterior(far, wide, narrow) == 1
+
+
 def case(seed, n=7, k=90, planes=3, m=(2, 5), least=2e-4):
     rng = np.random.default_rng(seed)
     target, background = (components(rng, n, count, least=least) for count in m)

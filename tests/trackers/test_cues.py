@@ -4,12 +4,13 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from trackmark import trackers
 from trackmark.trackers.contours.chain import (
     Chain,
     Weighed,
     complete_combinations,
 )
-from trackmark.trackers.contours.contour_cue import ContourDynamics, KalmanContourCue
+from trackmark.trackers.contours.contour_cue import KalmanContourCue
 from trackmark.trackers.contours.observation import colour_cells
 from trackmark.trackers.contours.plane_cue import (
     discriminant_basis,
@@ -77,8 +78,10 @@ def test_colour_cells_have_the_mean_of_their_pixels(image, levels):
 
 
 def test_kalman_contour_cue_matches_weighted_mean_and_variance():
-    motion = ContourDynamics(np.zeros((2, 2)), np.array([3.0, 2.0]))
-    cue = KalmanContourCue(SQUARE, 4000, motion, "window", "literal", 1.0)
+    names = ("stretch_x_spread", "shear_x_spread", "shear_y_spread", "stretch_y_spread")
+    spreads = {**dict.fromkeys(names, 0.0), "shift_x_spread": 3.0, "shift_y_spread": 2.0}
+    specification = trackers.resolve("moreno2005", contour_samples=4000, **spreads)
+    cue = KalmanContourCue(SQUARE, specification.parameters, 320)
     random = np.random.default_rng(0)
     for target in ((38.0, 26.0), (41.0, 27.0)):
         states = cue.sample(random)
@@ -135,6 +138,13 @@ def test_discriminant_axes_equal_the_slow_definition(k, exponent):
     basis = discriminant_basis(target, background, k, exponent)
     np.testing.assert_allclose(np.abs(basis.T @ np.stack([first, second]).T), np.eye(2), atol=1e-9)
     assert ((target.mean(axis=0) - background.mean(axis=0)) @ basis >= 0).all()
+
+
+def test_discriminant_axis_connects_uniform_classes():
+    flat = discriminant_basis(np.full((9, 3), 0.2), np.tile([0.2, 0.2, 0.5], (9, 1)))
+    np.testing.assert_allclose(flat[:, 0], [0, 0, -1], atol=1e-9)
+    same = discriminant_basis(np.full((9, 3), 0.2), np.full((9, 3), 0.2))
+    np.testing.assert_allclose(same.T @ same, np.eye(2), atol=1e-12)
 
 
 def test_class_of_too_few_colours_is_rejected():

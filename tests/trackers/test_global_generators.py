@@ -120,6 +120,18 @@ def test_replaced_algorithm_of_numpy_is_kept_and_restored():
     assert np.array_equal(np.random.get_state()[1], state[1])
 
 
+def test_other_algorithm_of_the_session_does_not_count():
+    expected = numbers(np.random.normal, 5)
+    before = np.random.get_bit_generator()
+    np.random.set_bit_generator(np.random.PCG64(3))
+    try:
+        with preserved_generators():
+            assert numbers(np.random.normal, 5) == expected
+        assert type(np.random.get_bit_generator()) is np.random.PCG64
+    finally:
+        np.random.set_bit_generator(before)
+
+
 @pytest.mark.parametrize("name", DRAWS)
 def test_state_before_the_runs_is_restored(torch, name):
     draw, values = DRAWS[name], []

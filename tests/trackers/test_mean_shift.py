@@ -1,6 +1,6 @@
 """Trackers `mean-shift` and `mean-shift-kalman`, compared with the paper's equations."""
 
-from math import hypot, log
+from math import hypot, inf, log
 
 import numpy as np
 import pytest
@@ -12,6 +12,7 @@ from tests.trackers.references.ellipses import codes_of, histogram_of, pixels_of
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
 from trackmark.trackers.base.sharing import SharedFrame
+from trackmark.trackers.mean_shift_kalman import _deviation
 
 GREEN = (60, 180, 40)
 
@@ -187,6 +188,12 @@ def test_mean_shift_can_leave_the_first_search_window(turns):
     tracker.init_shared(SharedFrame(images[0], 999), np.array([180.0, 180, 40, 40]))
     together = tracker.update_shared(SharedFrame(images[1], 999))
     assert together.box.tolist() == alone.box.tolist()
+
+
+def test_deviation_is_infinite_without_peak_and_0_at_a_point():
+    assert _deviation(0.6, 0.5, 0.7, 9.0) == inf
+    assert _deviation(0.5, 0.5, 0.5, 9.0) == inf
+    assert _deviation(0.0, 0.5, 0.4, 9.0) == 0.0
 
 
 def halves(left, top):

@@ -12,7 +12,7 @@ from tests.trackers.references import nguyen2002 as plain
 from tests.trackers.references.nguyen2002 import track_offline
 from trackmark import trackers
 from trackmark.trackers.base.parameters import TrackerError
-from trackmark.trackers.templates.appearance import NoiseModel, TemplateFilter
+from trackmark.trackers.templates.appearance import TemplateFilter
 from trackmark.trackers.templates.matching import FeatureWindow, Pose, find_pose, search_bounds
 
 ROWS, COLUMNS, WIDTH, HEIGHT = 64, 110, 18, 16
@@ -268,18 +268,10 @@ def test_patience_is_exact_for_decimal_fractions(rule):
     images, truth = clip(1)
     # 0.3 / 0.05 is less than 6 in floating point.
     options = {"outlier_rule": rule}
-    noise = create_tracker(images, truth[0], gamma=0.3, minimal_speed=0.05, **options)._noise
-    assert noise.patience == {"exceeds": 7, "reaches": 6}[rule]
-    between = create_tracker(images, truth[0], gamma=0.25, minimal_speed=0.1, **options)._noise
+    tracked = create_tracker(images, truth[0], gamma=0.3, minimal_speed=0.05, **options)._filter
+    assert tracked.patience == {"exceeds": 7, "reaches": 6}[rule]
+    between = create_tracker(images, truth[0], gamma=0.25, minimal_speed=0.1, **options)._filter
     assert between.patience == 3
-
-
-LIMIT = {1: 6.6349, 3: 11.3449}
-
-
-def noise(d=3, **changes):
-    usual = NoiseModel(LIMIT[d], 1e-4, 0.25, True, 10, True, True, True, patience=10**9)
-    return usual._replace(**changes)
 
 
 def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
@@ -288,13 +280,24 @@ def views(number, d=3, sd=2.0, shape=(30, 40), seed=0):
     return truth, [truth + random.normal(0, sd, truth.shape) for _ in range(number)]
 
 
+def test_view_without_inliers_keeps_the_covariance():
+    _, seen = views(2)
+    parameters = trackers.resolve("nguyen2002", features="rgb").parameters
+    appearance = TemplateFilter(parameters, seen[0])
+    appearance.start(seen[1])
+    before = appearance.residual
+    lost = appearance.compare(seen[1] + 1e4)
+    assert lost.share == 1
+    np.testing.assert_allclose(lost.covariance, before, rtol=1e-12)
+
+
 @pytest.mark.parametrize(("preset", "frames"), [("as-written", 5), ("recommended", 6)])
 def test_outlier_becomes_the_template_as_in_equation_11(preset, frames):
     """Worked by hand: n_omax = γ / κ = 0.25 / 0.05 = 5, and equation 11 prints n_o ≥ n_omax."""
     images, truth = clip(1)
     tracker = create_tracker(images, truth[0], preset=preset, features="rgb")
     _, seen = views(9)
-    appearance = TemplateFilter(tracker._noise, seen[0])
+    appearance = TemplateFilter(tracker.parameters, seen[0])
     appearance.start(seen[1])
     replaced = []
     for number, view in enumerate(seen[1:]):

@@ -15,8 +15,8 @@ from trackmark.trackers.histograms.bins import JointBins
 from trackmark.trackers.histograms.ellipses import EllipseCounts
 from trackmark.trackers.histograms.motion import (
     LocationMemory,
-    MotionModel,
     ellipse_in,
+    propagate,
     states_at_rest,
 )
 from trackmark.trackers.histograms.target_model import (
@@ -55,8 +55,9 @@ def test_nummiaro2003_as_written_has_the_printed_equation_10(rho, likelihood):
 
 
 def motion(**changes):
-    quiet = MotionModel("first-order", "together", "linear", 1.0, 0.0, 0.0, 0.0, 0.0)
-    return replace(quiet, **changes)
+    noises = ("position_noise", "velocity_noise", "size_noise", "scale_noise")
+    parameters = trackers.resolve("nummiaro2003", preset="as-written").parameters
+    return parameters.model_copy(update={**dict.fromkeys(noises, 0.0), **changes})
 
 
 def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particles=1):
@@ -64,7 +65,7 @@ def steps(model, state, n=1, rates=(0.0, 0.0, 0.0), seed=0, aspect=None, particl
     aspect = state[5] / state[4] if aspect is None else aspect
     generator = np.random.default_rng(seed)
     for _ in range(n):
-        states, rates = model.step(states, rates, state[4], aspect, (640, 480), generator)
+        states, rates = propagate(model, states, rates, state[4], aspect, (640, 480), generator)
     return states
 
 
@@ -90,7 +91,8 @@ def test_second_order_motion_has_constant_acceleration():
 
 @pytest.mark.parametrize("scale_change", ["linear", "multiplicative"])
 def test_motion_noise_has_the_requested_deviations(scale_change):
-    model = MotionModel("first-order", "apart", scale_change, 1.0, 0.12, 0.05, 0.02, 0.004)
+    noises = {"position_noise": 0.12, "velocity_noise": 0.05, "size_noise": 0.02}
+    model = motion(axes="apart", scale_change=scale_change, scale_noise=0.004, **noises)
     state = [300.0, 200.0, 0.0, 0.0, 20.0, 30.0, 0.0]
     moved = steps(model, state, particles=40_000)
     spread = (moved - state).std(axis=0)
@@ -115,7 +117,7 @@ def test_motion_draws_as_many_numbers_for_all_dynamics():
     states = states_at_rest(np.zeros((3, 2)), np.array([4.0, 5.0]))
     for dynamics in ("first-order", "second-order", "random-walk"):
         generator, expected = np.random.default_rng(5), np.random.default_rng(5)
-        motion(dynamics=dynamics).step(states, np.zeros((3, 3)), 4, 1.25, (9, 9), generator)
+        propagate(motion(dynamics=dynamics), states, np.zeros((3, 3)), 4, 1.25, (9, 9), generator)
         expected.standard_normal((3, 10))
         assert generator.random() == expected.random()
 

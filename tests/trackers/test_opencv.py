@@ -196,6 +196,14 @@ def test_opencv_threshold_decides_visibility(name, threshold, moving_target):
         assert set(visible[1:]) == {expected}  # KCF does not search in its first update
 
 
+def test_missing_opencv_parameter_is_rejected(monkeypatch):
+    monkeypatch.setattr(cv2, "TrackerMIL_Params", object)
+    with pytest.raises(
+        TrackerError, match=r"has no parameter sampler.* TrackerMIL_Params. Install a newer"
+    ):
+        trackers.create("opencv-mil")._make()
+
+
 def test_csrt_without_features_is_rejected():
     usable("opencv-csrt")  # OpenCV would abort the process
     off = dict.fromkeys(["use_hog", "use_color_names", "use_gray", "use_rgb"], False)
@@ -311,6 +319,20 @@ def test_unloadable_model_error_names_the_files(name, content, models, tmp_path,
         TrackerError, match=f"cannot use the models of .*{last}={broken}: "
     ) as caught:
         trackers.create(name, **files).init(clip.images[0], clip.boxes[0])
+    assert "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("name", "parameter", "kind"),
+    [("opencv-nano", "backbone", "net"), ("opencv-vit", "net", "neckhead")],
+)
+def test_model_of_another_tracker_is_rejected_by_name(name, parameter, kind, models, moving_target):
+    all_files = {key: file for files in models.values() for key, file in files.items()}
+    files = models[name] | {parameter: all_files[kind]}
+    clip = moving_target(3)
+    tracker = trackers.create(name, **files)
+    with pytest.raises(TrackerError, match=f"models .*{parameter}={all_files[kind]}") as caught:
+        boxes_of(tracker, clip)
     assert "\n" not in str(caught.value)
 
 

@@ -83,40 +83,24 @@ class Hostile:
 MALFORMED = [
     ({"box": BOX, "score": 1.0}, "keys 'box', 'score'. Expected: 'box', and only"),
     ({}, "a dict with the keys (none). Expected: 'box'"),
-    ({"confidence": 0.5}, "a dict with the keys 'confidence'. Expected: 'box'"),
     ((True, BOX), "update returned (True, [1.0, 2.0, 3.0, 4.0]). This looks like (ok, box)"),
-    ((np.bool_(False), None), "This looks like (ok, box)"),
     ((0.5, BOX), "Expected: (box, confidence), in this order"),
     ([BOX], "the box is [[1.0, 2.0, 3.0, 4.0]]. Expected: four numbers"),
     (np.array([BOX]), "the box is an array of shape (1, 4) and type float64"),
-    (np.array([BOX]).T, "the box is an array of shape (4, 1) and type float64"),
-    (np.array(1.0), "the box is an array of shape () and type float64"),
     (np.ma.array(BOX, mask=[0, 0, 1, 0]), "an array has masked values"),
     (["1", "2", "3", "4"], "the box is ['1', '2', '3', '4']"),
-    ("1,2,3,4", "the box is '1,2,3,4'"),
     ([True] * 4, "the box is [True, True, True, True]"),
-    (np.ones(4, bool), "the box is array([ True"),
     (np.array(BOX, complex), "the box is array([1.+0.j"),
-    (np.array([*BOX[:3], None], object), "the box is array([1.0, 2.0, 3.0, None], dtype=object)"),
-    ([10**400, 2, 3, 4], "the box is [1000"),
     (np.array([np.inf, 2, 3, 4], np.float16), "the box [inf, 2.0, 3.0, 4.0] is invalid"),
     ([1, 2, 0, 4], "the box [1.0, 2.0, 0.0, 4.0] is invalid"),
-    ([0, 0, 0, 4], "the box [0.0, 0.0, 0.0, 4.0] is invalid"),
     (Hostile, "an object of type Hostile, whose attributes raise RuntimeError("),
     ((BOX, "0.5"), "the confidence is '0.5'. Expected: a number in [0, 1], or NaN"),
-    ((BOX, True), "the confidence is True"),
-    ((BOX, np.array([0.5])), "the confidence is an array of shape (1,) and type float64"),
-    ((BOX, 0.5j), "the confidence is 0.5j"),
     ((BOX, np.inf), "the confidence inf is not in [0, 1] or NaN"),
     ({"box": BOX, "visible": "no"}, "visible is 'no'. Expected: true or false"),
-    ({"box": BOX, "visible": 0.5}, "visible is 0.5"),
-    ({"box": BOX, "visible": np.zeros(2, bool)}, "visible is an array of shape (2,) and type bool"),
     ({"box": BOX, "mask": [[True]]}, "the mask is of type list. Expected: an array of bool"),
-    ({"box": BOX, "mask": np.zeros((9, 9))}, "the mask is float64 of shape (9, 9)"),
     ({"box": BOX, "mask": np.zeros((9, 8), bool)}, "Expected: bool of the image's shape (9, 9)"),
     ({"box": BOX, "details": [1]}, "the details are [1]. Expected: a dict of numbers by name"),
     ({"box": BOX, "details": {"a": np.zeros((5, 5))}}, "details['a'] is an array of shape (5, 5)"),
-    ({"box": BOX, "details": {"a": "1"}}, "details['a'] is '1'. Expected: a number by its name"),
     ({"box": BOX, "details": {1: 1.0}}, "details[1] is 1.0. Expected: a number by its name"),
 ]
 
@@ -156,6 +140,21 @@ def test_missing_box_keeps_the_last_box_and_is_not_visible(answer):
     estimates = [tracker.update(IMAGE) for _ in range(2)]
     assert [estimate.visible for estimate in estimates] == [True, False]
     assert [estimate.box.tolist() for estimate in estimates] == [[1, 2, 5, 6]] * 2
+
+
+def test_static_methods_are_methods_of_a_tracker():
+    class Static:
+        @staticmethod
+        def init(image, box): ...
+
+        @staticmethod
+        def update(image):
+            return BOX
+
+    plugin = to_plugin(Static)
+    tracker = plugin(plugin.Parameters(), np.random.SeedSequence(0))
+    tracker.init(IMAGE, np.array(BOX))
+    assert tracker.update(IMAGE).box.tolist() == BOX
 
 
 @pytest.mark.parametrize(

@@ -20,6 +20,7 @@ from trackmark.trackers.maps.joint_map import (
     ColourMotionModel,
     ColourMotionParameters,
     colour_bins,
+    window_region,
 )
 
 pictures = arrays.arrays(
@@ -93,6 +94,12 @@ def test_changing_share_counts_changes_of_eight_grey_levels(level, changing):
     black = first_frame(np.zeros((20, 20, 3), np.uint8))
     grey = np.full((20, 20, 3), level, np.uint8)
     assert compare_frames(grey, black, 1, False).changing == changing
+
+
+def test_window_region_tolerates_rounding_at_an_edge():
+    for off in (-6e-12, 0.0, 6e-12):
+        assert window_region(13.5 + off, 9.0 + off, 10, 7, 24, 31) == (9, 6, 19, 13)
+    assert window_region(13.5 - 1e-6, 9.0, 10, 7, 24, 31).left == 8
 
 
 def learned(image, box=(8, 6, 10, 9), frames=(), **parameters):

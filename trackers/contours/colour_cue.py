@@ -4,8 +4,7 @@ The mixtures are particles (`ColourCue`), or one pair that is fitted to the last
 (`RefittedColours`): the smooth colour model of Moreno-Noguer et al. (2005, section 6).
 """
 
-from dataclasses import dataclass
-from typing import Literal, NamedTuple, TypeAlias
+from typing import Any, Literal, NamedTuple, TypeAlias
 
 import numpy as np
 from scipy.optimize import linear_sum_assignment
@@ -21,57 +20,6 @@ MixtureScale: TypeAlias = Literal["shared", "diagonal"]
 WEIGHT, MEAN, EIGENVALUES, ANGLE = 0, slice(1, 3), slice(3, 5), 5  # indices in a component (6,)
 
 MIN_EIGENVALUE, MAX_EIGENVALUE = 2e-4, 0.15  # of colours in [0, 1]
-
-
-@dataclass(frozen=True, slots=True)
-class ColourDynamics:
-    """Dynamic model of mixtures; spreads are standard deviations of Gaussian noise.
-
-    `diagonal` adds independent noise to each number of a component. (The paper's full random matrix
-    would mix units.) `shared` also applies one random linear map to all centroids. The map is
-    mainly a gain, which models changes of light.
-    """
-
-    colour_dynamics: MixtureScale
-    mean_spread: float  # of a centroid
-    class_spread: float  # common to all centroids of a class (`shared` only)
-    gain_spread: float  # of the gain's logarithm (`shared` only); half for the map's other noise
-    jump_probability: float  # probability of a jump of the gain, as in abrupt changes of light
-    jump_spread: float  # of the jump's logarithm
-    prior_spread: float  # of the logarithm of a component's weight
-    eigenvalue_spread: float  # of the logarithm of an eigenvalue
-    angle_spread: float  # of the first principal direction [radians]
-
-    def propagated(self, states: Array, n_target: int, generator: np.random.Generator) -> Array:
-        """Draw states (n, components, 6) of the next frame; the target's components come first."""
-        count, components, _ = states.shape
-        moved = states.copy()
-        if self.colour_dynamics == "shared":
-            gains = generator.normal(0.0, self.gain_spread, count)
-            jumps = generator.random(count) < self.jump_probability
-            gains += jumps * generator.normal(0.0, self.jump_spread, count)
-            maps = generator.normal(0.0, self.gain_spread / 2, (count, 2, 2))
-            maps += np.exp(gains)[:, np.newaxis, np.newaxis] * np.eye(2)
-            moved[:, :, MEAN] = np.einsum("nij,nmj->nmi", maps, states[:, :, MEAN])
-            shifts = generator.normal(0.0, self.class_spread, (count, 2, 2))
-            moved[:, :n_target, MEAN] += shifts[:, :1]
-            moved[:, n_target:, MEAN] += shifts[:, 1:]
-            moved[:, :, EIGENVALUES] *= np.exp(gains)[:, np.newaxis, np.newaxis]
-        moved[:, :, MEAN] += generator.normal(0.0, self.mean_spread, (count, components, 2))
-        moved[:, :, EIGENVALUES] *= np.exp(
-            generator.normal(0.0, self.eigenvalue_spread, (count, components, 2))
-        )
-        moved[:, :, WEIGHT] *= np.exp(generator.normal(0.0, self.prior_spread, (count, components)))
-        moved[:, :, ANGLE] += generator.normal(0.0, self.angle_spread, (count, components))
-        np.clip(
-            moved[:, :, EIGENVALUES],
-            MIN_EIGENVALUE,
-            MAX_EIGENVALUE,
-            out=moved[:, :, EIGENVALUES],
-        )
-        for class_weights in (moved[:, :n_target, WEIGHT], moved[:, n_target:, WEIGHT]):
-            class_weights /= class_weights.sum(axis=1, keepdims=True)
-        return moved
 
 
 class MixtureEvaluator:
@@ -104,19 +52,54 @@ class MixtureEvaluator:
 
 
 class ColourCue(ParticleCue):
-    """Particle filter of pairs of mixtures: states (components, 6) with the target's first."""
+    """Particle filter of pairs of mixtures: states (components, 6) with the target's first.
 
-    def __init__(
-        self, start: Array, count: int, dynamics: ColourDynamics, palettes: MixtureEvaluator
-    ) -> None:
-        super().__init__(start, count)
-        self.dynamics = dynamics
+    The `parameters` of `moreno2005` define the dynamic model; spreads are standard deviations of
+    Gaussian noise. `colour_dynamics=diagonal` adds independent noise to each number of a component.
+    (The paper's full random matrix would mix units.) `shared` also applies one random linear map to
+    all centroids. The map is mainly a gain, which models changes of light, with half of its noise
+    in the other elements. The gain can jump, as in abrupt changes of light.
+    """
+
+    def __init__(self, start: Array, parameters: Any, palettes: MixtureEvaluator) -> None:
+        super().__init__(start, parameters.colour_samples)
+        self.parameters = parameters
         self.weigh = palettes.weigh
         self._n_target = palettes.n_target
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
-        return self.dynamics.propagated(states, self._n_target, generator)
+        parameters, n_target = self.parameters, self._n_target
+        count, components, _ = states.shape
+        moved = states.copy()
+        if parameters.colour_dynamics == "shared":
+            gains = generator.normal(0.0, parameters.gain_spread, count)
+            jumps = generator.random(count) < parameters.jump_probability
+            gains += jumps * generator.normal(0.0, parameters.jump_spread, count)
+            maps = generator.normal(0.0, parameters.gain_spread / 2, (count, 2, 2))
+            maps += np.exp(gains)[:, np.newaxis, np.newaxis] * np.eye(2)
+            moved[:, :, MEAN] = np.einsum("nij,nmj->nmi", maps, states[:, :, MEAN])
+            shifts = generator.normal(0.0, parameters.class_spread, (count, 2, 2))
+            moved[:, :n_target, MEAN] += shifts[:, :1]
+            moved[:, n_target:, MEAN] += shifts[:, 1:]
+            moved[:, :, EIGENVALUES] *= np.exp(gains)[:, np.newaxis, np.newaxis]
+        moved[:, :, MEAN] += generator.normal(0.0, parameters.mean_spread, (count, components, 2))
+        moved[:, :, EIGENVALUES] *= np.exp(
+            generator.normal(0.0, parameters.eigenvalue_spread, (count, components, 2))
+        )
+        moved[:, :, WEIGHT] *= np.exp(
+            generator.normal(0.0, parameters.prior_spread, (count, components))
+        )
+        moved[:, :, ANGLE] += generator.normal(0.0, parameters.angle_spread, (count, components))
+        np.clip(
+            moved[:, :, EIGENVALUES],
+            MIN_EIGENVALUE,
+            MAX_EIGENVALUE,
+            out=moved[:, :, EIGENVALUES],
+        )
+        for class_weights in (moved[:, :n_target, WEIGHT], moved[:, n_target:, WEIGHT]):
+            class_weights /= class_weights.sum(axis=1, keepdims=True)
+        return moved
 
 
 N_EM_STEPS = 6  # EM steps from the previous frame's fit
@@ -130,12 +113,8 @@ class ColourFit(NamedTuple):
     target: Mixture
     background: Mixture
 
-    def refit_on_plane(self, basis: Array) -> "ColourFit":
-        """Return a fit of the same colours on another plane (3, 2), starting from this fit."""
-        return self.refit(self.target_colours, self.background_colours, basis)
-
     def refit(self, target_colours: Array, background_colours: Array, basis: Array) -> "ColourFit":
-        """Return a fit of other colours, starting from this fit."""
+        """Return a fit of colours on a plane (3, 2), starting from this fit."""
         return ColourFit(
             target_colours,
             background_colours,
@@ -165,7 +144,9 @@ class RefittedColours:
         self, target_colours: Array, background_colours: Array, basis: Array, moved: bool
     ) -> None:
         """Fit colours (n, 3) of a segmented frame on `basis`; `moved`: the plane has changed."""
-        last = self.fits[1].refit_on_plane(basis) if moved else self.fits[1]
+        last = self.fits[1]
+        if moved:
+            last = last.refit(last.target_colours, last.background_colours, basis)
         self.fits = last, last.refit(target_colours, background_colours, basis)
 
     def sample(self, generator: np.random.Generator) -> Array:

@@ -1,6 +1,5 @@
 """Cue of the target's contour (section 4.3)."""
 
-from dataclasses import dataclass
 from math import ceil, floor, inf, sqrt
 from typing import Any
 
@@ -12,75 +11,61 @@ from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, We
 from trackmark.trackers.contours.observation import (
     Observation,
     Rectangle,
-    Weights,
     weights_from_scores,
 )
-from trackmark.trackers.contours.outline import Outside, contour_scores
+from trackmark.trackers.contours.outline import contour_scores
 
 MIN_AREA = 60  # minimum number of pixels inside a contour
-
-
-@dataclass(frozen=True, slots=True)
-class ContourDynamics:
-    """Dynamic model of contours: r = m + H (r' - m) + p, where m is the mean of the points of r'.
-
-    The paper applies H to image coordinates. A change of size would then displace a target far from
-    the image corner.
-    """
-
-    affine: Array  # (2, 2): standard deviations of H, whose mean is the identity
-    shift: Array  # (2,): standard deviations of p [pixels]
-
-    def deform(self, states: Array, generator: np.random.Generator) -> Array:
-        """Return contours (n, points, 2) deformed by H about their means, a new array."""
-        maps = np.eye(2) + generator.normal(size=(len(states), 2, 2)) * self.affine
-        centres = states.mean(axis=1, keepdims=True)
-        around = states - centres
-        # Written out, because NumPy's matrix products are slower for 2 x 2 matrices.
-        deform: Array = np.empty_like(around)
-        for axis in (0, 1):
-            along, across = maps[:, axis, :1], maps[:, axis, 1:]
-            deform[..., axis] = along * around[..., 0] + across * around[..., 1]
-        deform += centres
-        return deform
-
-    def draw_shifts(self, count: int, generator: np.random.Generator) -> Array:
-        """Draw shifts p, shape (count, 1, 2) [pixels]."""
-        return generator.normal(size=(count, 1, 2)) * self.shift
+REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
 
 
 class ContourCue(ParticleCue):
     """Particle filter of contours (points, 2) [pixels].
 
+    The dynamic model is r = m + H (r' - m) + p, where m is the mean of the points of r'. (The paper
+    applies H to image coordinates. A change of size would then displace a target far from the image
+    corner.) The `parameters` are those of a `Segmenter`.
+
     A contour's score is the mean posterior of the target inside minus the mean outside (section
     5.4), for the attached mixtures. "Outside" is the rest of the image, or of the bounding box of
     the window and all contours. (If the target is small, the mean over the image hardly depends on
-    the contour.) `weights` and `temperature` are passed to `weights_from_scores`.
+    the contour.)
 
     `anchors` (k, points, 2) are contours that replace the first k particles before propagation.
     Initially there are none.
     """
 
-    def __init__(
-        self,
-        start: Array,
-        count: int,
-        dynamics: ContourDynamics,
-        outside: Outside,
-        weights: Weights,
-        temperature: float,
-    ) -> None:
-        super().__init__(start, count)
-        self.dynamics = dynamics
-        self.outside: Outside = outside
-        self.grading: tuple[Weights, float] = weights, temperature
+    def __init__(self, start: Array, parameters: Any, image_width: int) -> None:
+        super().__init__(start, parameters.contour_samples)
+        self.parameters = parameters
+        self.affine = np.array(
+            [
+                [parameters.stretch_x_spread, parameters.shear_x_spread],
+                [parameters.shear_y_spread, parameters.stretch_y_spread],
+            ]
+        )
+        shift = np.array([parameters.shift_x_spread, parameters.shift_y_spread])
+        self.shift = shift * image_width / REFERENCE_WIDTH
         self.anchors = self.states[:0]
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
+        deformed = self.deform(states, generator)
+        return deformed + generator.normal(size=(len(states), 1, 2)) * self.shift
+
+    def deform(self, states: Array, generator: np.random.Generator) -> Array:
+        """Return contours (n, points, 2) deformed by H about their means, a new array."""
         states[: len(self.anchors)] = self.anchors
-        moved = self.dynamics.deform(states, generator)
-        return moved + self.dynamics.draw_shifts(len(states), generator)
+        maps = np.eye(2) + generator.normal(size=(len(states), 2, 2)) * self.affine
+        centres = states.mean(axis=1, keepdims=True)
+        around = states - centres
+        # Written out, because NumPy's matrix products are slower for 2 x 2 matrices.
+        deformed: Array = np.empty_like(around)
+        for axis in (0, 1):
+            along, across = maps[:, axis, :1], maps[:, axis, 1:]
+            deformed[..., axis] = along * around[..., 0] + across * around[..., 1]
+        deformed += centres
+        return deformed
 
     def weigh(
         self, observation: Observation, states: Array, attached: Attached, earlier: Earlier
@@ -95,10 +80,13 @@ class ContourCue(ParticleCue):
             attached,
             states,
             _bounding_window(observation.window, states, width, height),
-            self.outside,
+            self.parameters.outside,
             MIN_AREA,
         )
-        return Weighed(weights_from_scores(scores, *self.grading), scores)
+        weights = weights_from_scores(
+            scores, self.parameters.weights, self.parameters.contour_temperature
+        )
+        return Weighed(weights, scores)
 
 
 class KalmanContourCue(ContourCue):
@@ -108,16 +96,15 @@ class KalmanContourCue(ContourCue):
     corrected state has the mean and variance of the weighted contours.
     """
 
-    def __init__(self, start: Array, count: int, dynamics: ContourDynamics, *judging: Any) -> None:
-        super().__init__(start, count, dynamics, *judging)
+    def __init__(self, start: Array, parameters: Any, image_width: int) -> None:
+        super().__init__(start, parameters, image_width)
         # An acceleration a moves the target by a / 2 in one frame.
-        noise = 2 * sqrt(float(np.mean(dynamics.shift**2)))
-        self.motion = ConstantVelocity(start.mean(axis=0), dynamics.shift, noise)
+        noise = 2 * sqrt(float(np.mean(self.shift**2)))
+        self.motion = ConstantVelocity(start.mean(axis=0), self.shift, noise)
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
-        states[: len(self.anchors)] = self.anchors
-        shapes = self.dynamics.deform(states, generator)
+        shapes = self.deform(states, generator)
         self.motion.predict()
         spread = np.sqrt(self.motion.covariances[:, 0, 0])
         positions = self.motion.position + generator.normal(size=(len(states), 2)) * spread

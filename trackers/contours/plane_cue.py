@@ -4,13 +4,15 @@ In the first frame, the plane's axes are found by nonparametric discriminant ana
 (Fukunaga & Mantock 1983).
 """
 
+from typing import Any
+
 import numpy as np
 from scipy.spatial import cKDTree
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.contours.chain import Attached, Earlier, ParticleCue, Weighed
 from trackmark.trackers.contours.mixture import refine_on_planes
-from trackmark.trackers.contours.observation import Observation, Weights, weights_from_scores
+from trackmark.trackers.contours.observation import Observation, weights_from_scores
 from trackmark.trackers.contours.posterior import region_scores
 
 REGULARISATION = 1e-4  # variance added to the within-class scatter, which may be singular
@@ -112,28 +114,26 @@ STEPS_ON_PLANES = 2  # EM steps on a plane, after projection
 class PlaneCue(ParticleCue):
     """Particle filter of plane normals, a random walk (section 4.1, equation 5).
 
-    s = H s' + p, normalised to length 1. H is the identity plus noise, p is noise; `spread` is the
-    standard deviation of all elements. A plane's score measures how well it separates the colours
-    in the window from those outside (section 5.2). The evidence for later cues is the frame's
-    colours on each plane, (planes, cells, 2), in the basis that `plane_basis` returns.
+    s = H s' + p, normalised to length 1. H is the identity plus noise, p is noise; `plane_spread`
+    is the standard deviation of all elements. A plane's score measures how well it separates the
+    colours in the window from those outside (section 5.2). The evidence for later cues is the
+    frame's colours on each plane, (planes, cells, 2), in the basis that `plane_basis` returns.
 
-    `basis` (3, 2) is the basis of the first frame's plane. `weights` and `temperature` are passed
-    to `weights_from_scores`.
+    `basis` (3, 2) is the basis of the first frame's plane. The `parameters` are those of
+    `moreno2005`.
     """
 
-    def __init__(
-        self, basis: Array, count: int, spread: float, weights: Weights, temperature: float
-    ) -> None:
-        super().__init__(plane_normal(basis), count)
+    def __init__(self, basis: Array, parameters: Any) -> None:
+        super().__init__(plane_normal(basis), parameters.plane_samples)
         self.basis = basis
-        self.spread = spread
-        self.grading: tuple[Weights, float] = weights, temperature
+        self.parameters = parameters
 
     def propagated(self, states: Array, generator: np.random.Generator) -> Array:
         """See `ParticleCue.propagated`."""
-        turned = np.eye(3) + generator.normal(0.0, self.spread, (len(states), 3, 3))
+        spread = self.parameters.plane_spread
+        turned = np.eye(3) + generator.normal(0.0, spread, (len(states), 3, 3))
         moved = np.einsum("nij,nj->ni", turned, states)
-        moved += generator.normal(0.0, self.spread, states.shape)
+        moved += generator.normal(0.0, spread, states.shape)
         moved /= np.linalg.norm(moved, axis=1, keepdims=True)
         return orient_normals(moved, plane_normal(self.basis))
 
@@ -150,7 +150,10 @@ class PlaneCue(ParticleCue):
             for side in (observation.inside, observation.outside)
         )
         scores = region_scores(colours, inside, outside, observation.contrast, 0.5)
-        return Weighed(weights_from_scores(scores, *self.grading), colours)
+        weights = weights_from_scores(
+            scores, self.parameters.weights, self.parameters.plane_temperature
+        )
+        return Weighed(weights, colours)
 
 
 class GivenPlane:

@@ -29,7 +29,7 @@ from trackmark.trackers.base.particles import effective_sample_size
 from trackmark.trackers.base.sharing import SharedFrame, SharingTracker
 from trackmark.trackers.contours.chain import Chain, Hypotheses, complete_combinations
 from trackmark.trackers.contours.colour_cue import ColourFit
-from trackmark.trackers.contours.contour_cue import MIN_AREA, ContourCue, ContourDynamics
+from trackmark.trackers.contours.contour_cue import MIN_AREA, REFERENCE_WIDTH, ContourCue
 from trackmark.trackers.contours.mixture import (
     FIT_STEPS,
     REGULARISATION,
@@ -68,7 +68,6 @@ from trackmark.trackers.contours.snake import (
 
 Posterior: TypeAlias = NDArray[np.float32]
 
-REFERENCE_WIDTH = 320  # image width to which distances in the parameters refer [pixels]
 TARGET_POINTS, BACKGROUND_POINTS = 500, 1500  # sample sizes for the first plane and mixtures
 REFIT_POINTS = 300, 600  # sample sizes of target and background in later frames
 RECOMMENDED: Mapping[str, str] = {"weights": "exponential", "outside": "window"}
@@ -310,20 +309,7 @@ class Segmenter(SharingTracker):
         self, start: ChainStart, cue_class: type[ContourCue] = ContourCue
     ) -> ContourCue:
         """Return the contour cue in the first frame."""
-        parameters = self.parameters
-        affine = [
-            [parameters.stretch_x_spread, parameters.shear_x_spread],
-            [parameters.shear_y_spread, parameters.stretch_y_spread],
-        ]
-        shift = np.array([parameters.shift_x_spread, parameters.shift_y_spread])
-        self.contours = cue_class(
-            start.contour,
-            parameters.contour_samples,
-            ContourDynamics(np.array(affine), shift * start.width / REFERENCE_WIDTH),
-            parameters.outside,
-            parameters.weights,
-            parameters.contour_temperature,
-        )
+        self.contours = cue_class(start.contour, self.parameters, start.width)
         return self.contours
 
     def prepare_observation(self, observation: Observation, image: Image) -> Observation:

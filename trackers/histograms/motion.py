@@ -7,7 +7,7 @@ ratio.
 
 from collections import deque
 from dataclasses import dataclass, field
-from typing import Literal, TypeAlias
+from typing import Any, Literal, TypeAlias
 
 import numpy as np
 
@@ -42,82 +42,61 @@ def box_around(state: Array) -> Array:
     return np.asarray(np.concatenate([state[X] - state[H], 2 * state[H]]))
 
 
-@dataclass(frozen=True)
-class MotionModel:
-    """Dynamic model of states with Gaussian noise, whose standard deviations are in units of Hx.
+def propagate(
+    parameters: Any,
+    states: Array,
+    rates: Array,
+    half_width: float,
+    aspect: float,
+    image_size: tuple[int, int],
+    random: np.random.Generator,
+) -> tuple[Array, Array]:
+    """Return the states (n, 7) and rates (n, 3) of particles in the next frame.
 
-    `dynamics`: quantities that are constant except for noise. `first-order`: velocity and change of
-      scale. `second-order`: their rates of change, with noise of the same size. `random-walk`:
-      position and size.
-    `axes`: `together` draws one size noise for both half axes, so that their ratio is constant;
-      `apart` draws one for each.
-    `scale_change` {"linear", "multiplicative"}: `linear`: changes are added to half axes, and noise
-      is in units of the last estimate's Hx. A step is then a linear map plus noise of the same
-      distribution for all particles. `multiplicative`: half axes are multiplied by factors, and
-      noise is in units of each particle's Hx.
-    `scale_persistence`: factor of the change of scale per frame, in [0, 1].
-    `position_noise`, `velocity_noise`, `size_noise`, `scale_noise`: standard deviations, ≥ 0 [Hx].
+    The `parameters` are those of `nummiaro2003`. `dynamics` names the quantities that are constant
+    except for noise. `first-order`: velocity and change of scale. `second-order`: their rates of
+    change, with noise of the same size. `random-walk`: position and size. `axes=together` draws one
+    size noise for both half axes, so that their ratio is constant; `apart` draws one for each.
+    `scale_change=linear` adds changes to half axes, with noise in units of the last estimate's Hx.
+    A step is then a linear map plus noise of the same distribution for all particles.
+    `multiplicative` multiplies half axes by factors, with noise in units of each particle's Hx.
+
+    Rates are the changes of vx, vy and a' per frame (second-order dynamics). `half_width`: Hx
+    of the last estimate [pixels]. `aspect`: Hy / Hx of the target. Half axes are clipped to [3
+    pixels, `image_size`]. Every model draws ten random numbers per particle.
     """
-
-    dynamics: Dynamics
-    axes: Axes
-    scale_change: ScaleChange
-    scale_persistence: float
-    position_noise: float
-    velocity_noise: float
-    size_noise: float
-    scale_noise: float
-
-    def step(
-        self,
-        states: Array,
-        rates: Array,
-        half_width: float,
-        aspect: float,
-        image_size: tuple[int, int],
-        random: np.random.Generator,
-    ) -> tuple[Array, Array]:
-        """Return the states (n, 7) and rates (n, 3) of particles in the next frame.
-
-        Rates are the changes of vx, vy and a' per frame (second-order dynamics). `half_width`: Hx
-        of the last estimate [pixels]. `aspect`: Hy / Hx of the target. Half axes are clipped to [3
-        pixels, `image_size`]. Every model draws ten random numbers per particle.
-        """
-        linear = self.scale_change == "linear"
-        unit = half_width if linear else states[:, H][:, :1]  # unit of lengths
-        ratio_unit = half_width if linear else 1.0  # unit of changes of scale
-        noise = random.standard_normal((len(states), 10))
-        moved, new_rates = states.copy(), rates
-        if self.dynamics != "random-walk":
-            moved[:, X] += states[:, V]
-            moved[:, V] += self.velocity_noise * unit * noise[:, 2:4]
-            moved[:, A] *= self.scale_persistence
-            moved[:, A] += self.scale_noise * ratio_unit * noise[:, 6]
-        if self.dynamics == "second-order":
-            moved[:, V] += rates[:, :2]
-            moved[:, A] += rates[:, 2]
-            new_rates = rates.copy()
-            new_rates[:, :2] += self.velocity_noise * unit * noise[:, 7:9]
-            new_rates[:, 2] += self.scale_noise * ratio_unit * noise[:, 9]
-        moved[:, X] += self.position_noise * unit * noise[:, :2]
-        changes = np.stack([noise[:, 4], noise[:, 4 if self.axes == "together" else 5]], axis=1)
-        if linear:
-            grown = states[:, A, np.newaxis] + self.size_noise * half_width * changes
-            moved[:, H] += grown * [1.0, aspect]
-        else:
-            moved[:, H] *= (1.0 + states[:, A, np.newaxis]) * (1.0 + self.size_noise * changes)
-        self._keep_in_bounds(moved, aspect, image_size)
-        return moved, new_rates
-
-    def _keep_in_bounds(self, states: Array, aspect: float, image_size: tuple[int, int]) -> None:
-        width, height = image_size
-        if self.axes == "together":
-            minimum = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
-            maximum = max(min(width, height / aspect), minimum)
-            states[:, 4] = np.clip(states[:, 4], minimum, maximum)
-            states[:, 5] = states[:, 4] * aspect
-        else:
-            np.clip(states[:, H], MIN_HALF_AXIS, [width, height], out=states[:, H])
+    linear = parameters.scale_change == "linear"
+    unit = half_width if linear else states[:, H][:, :1]  # unit of lengths
+    ratio_unit = half_width if linear else 1.0  # unit of changes of scale
+    noise = random.standard_normal((len(states), 10))
+    moved, new_rates = states.copy(), rates
+    if parameters.dynamics != "random-walk":
+        moved[:, X] += states[:, V]
+        moved[:, V] += parameters.velocity_noise * unit * noise[:, 2:4]
+        moved[:, A] *= parameters.scale_persistence
+        moved[:, A] += parameters.scale_noise * ratio_unit * noise[:, 6]
+    if parameters.dynamics == "second-order":
+        moved[:, V] += rates[:, :2]
+        moved[:, A] += rates[:, 2]
+        new_rates = rates.copy()
+        new_rates[:, :2] += parameters.velocity_noise * unit * noise[:, 7:9]
+        new_rates[:, 2] += parameters.scale_noise * ratio_unit * noise[:, 9]
+    moved[:, X] += parameters.position_noise * unit * noise[:, :2]
+    changes = np.stack([noise[:, 4], noise[:, 4 if parameters.axes == "together" else 5]], axis=1)
+    if linear:
+        grown = states[:, A, np.newaxis] + parameters.size_noise * half_width * changes
+        moved[:, H] += grown * [1.0, aspect]
+    else:
+        moved[:, H] *= (1.0 + states[:, A, np.newaxis]) * (1.0 + parameters.size_noise * changes)
+    width, height = image_size
+    if parameters.axes == "together":
+        minimum = max(MIN_HALF_AXIS, MIN_HALF_AXIS / aspect)
+        maximum = max(min(width, height / aspect), minimum)
+        moved[:, 4] = np.clip(moved[:, 4], minimum, maximum)
+        moved[:, 5] = moved[:, 4] * aspect
+    else:
+        np.clip(moved[:, H], MIN_HALF_AXIS, [width, height], out=moved[:, H])
+    return moved, new_rates
 
 
 Placement: TypeAlias = Literal["last", "predicted", "borders", "image"]

@@ -5,32 +5,20 @@ features of a pixel are its intensity, its colour or colour ratios that do not d
 """
 
 from collections import deque
-from math import atan
-from typing import Literal, NamedTuple, TypeAlias
+from math import atan, ceil, floor
+from typing import Any, Literal, NamedTuple, TypeAlias
 
+import cv2
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
-from scipy.linalg.lapack import dgetrf, dgetri
+from scipy.linalg.lapack import dgetrf, dgetri, dsyevd
+from scipy.special import chdtri
 
 from trackmark.trackers.base.arrays import Array
 from trackmark.trackers.base.interface import Image
 
 N_PASSES = 6  # iterations of: inliers by the covariance, then covariance of the inliers
-
-
-class NoiseModel(NamedTuple):
-    """Assumed distribution of residuals, and options of the filters."""
-
-    limit: float  # squared Mahalanobis distance from which a pixel is an outlier
-    floor: float  # minimum eigenvalue of covariances of residuals
-    first_spread: float  # first residuals' deviation / the template's own deviation
-    trimmed: bool  # True: first covariance of inliers only; False: of all pixels
-    average: int  # K: number of frames over which the covariance is averaged
-    correlated: bool  # False: components of a pixel count as uncorrelated
-    adaptive: bool  # True: state noise follows the residuals (equation 14); False: it is 0
-    excludes_outliers: bool  # True: outliers do not update the template
-    patience: int  # consecutive outlier frames after which a pixel takes its new value
 
 
 class TemplateComparison(NamedTuple):
@@ -42,13 +30,13 @@ class TemplateComparison(NamedTuple):
     covariance: Array  # (d, d): R of the inliers (equation 13), raised to the floor
 
 
-def raise_eigenvalues(matrix: Array, floor: float) -> Array:
-    """Return a symmetric matrix with eigenvalues below `floor` replaced by it."""
+def raise_eigenvalues(matrix: Array, minimum: float) -> Array:
+    """Return a symmetric matrix with eigenvalues below `minimum` replaced by it."""
     symmetric = (matrix + matrix.T) / 2
-    values, vectors = np.linalg.eigh(symmetric)
-    if values[0] >= floor:
+    values, vectors, _ = dsyevd(symmetric, lower=1)  # np.linalg is slower for small matrices
+    if values[0] >= minimum:
         return symmetric
-    raised: Array = (vectors * np.maximum(values, floor)) @ np.ascontiguousarray(vectors.T)
+    raised: Array = np.dot(vectors * np.maximum(values, minimum), np.ascontiguousarray(vectors.T))
     return raised
 
 
@@ -57,8 +45,11 @@ class TemplateFilter:
 
     The noise is estimated from the second view: the features at the pose in the next frame.
 
-    `noise`: assumptions about residuals.
+    `parameters`: those of `nguyen2002`.
     `features` float64 (height, width, d): first view of the target.
+
+    `limit`: squared Mahalanobis distance from which a pixel is an outlier.
+    `patience`: number of consecutive outlier frames after which a pixel takes its new value.
 
     `template` float64 (height, width, d): filtered features g.
     `residual` float64 (d, d): covariance of residuals, averaged over K frames (equation 12); an
@@ -66,8 +57,16 @@ class TemplateFilter:
     `state`, `measurement` float64 (d, d): noise covariances C_w and C_f.
     """
 
-    def __init__(self, noise: NoiseModel, features: Array) -> None:
-        self._noise = noise
+    def __init__(self, parameters: Any, features: Array) -> None:
+        self._parameters = parameters
+        self.limit = float(chdtri(features.shape[2], 1 - parameters.delta))
+        # Rounded, because 0.3 / 0.05 < 6 in floating point.
+        maximum = round(parameters.gamma / parameters.minimal_speed, 9)
+        exceeds = parameters.outlier_rule == "exceeds"
+        self.patience: int = np.iinfo(np.int64).max
+        if parameters.rebootstrap:
+            self.patience = floor(maximum) + 1 if exceeds else ceil(maximum)
+        self._floor = FLOORS[parameters.features]
         self._components = tuple(range(features.shape[2]))
         self.reset(features)
         zero = np.zeros((features.shape[2],) * 2)
@@ -77,9 +76,9 @@ class TemplateFilter:
         """Replace the template by a first view; the noise is unknown until `start`."""
         self.template = features.copy()
         self._outlying = np.zeros(features.shape[:2], np.int64)
-        variances = self._noise.first_spread**2 * features.var(axis=(0, 1))
-        self.residual = np.diag(np.maximum(variances, self._noise.floor))
-        self._history: deque[Array] = deque(maxlen=self._noise.average)
+        variances = self._parameters.first_spread**2 * features.var(axis=(0, 1))
+        self.residual = np.diag(np.maximum(variances, self._floor))
+        self._history: deque[Array] = deque(maxlen=self._parameters.average)
         self.noise_known = False
 
     def reset_keeping_noise(self, features: Array) -> None:
@@ -93,14 +92,14 @@ class TemplateFilter:
     def start(self, features: Array) -> None:
         """Estimate the noise from the second view (equation 15).
 
-        R(1) is the covariance of all pixels, because outliers can only be found once R is known. If
-        `trimmed`, R(1) is the covariance of the inliers, computed repeatedly: inliers are selected
-        first by the initial guess, then by the previous result.
+        R(1) is the covariance of all pixels, because outliers can only be found once R is known.
+        With `first_covariance=inliers`, R(1) is the covariance of the inliers, computed repeatedly:
+        inliers are selected first by the initial guess, then by the previous result.
         """
-        covariance, trimmed = self.residual, self._noise.trimmed
+        covariance, trimmed = self.residual, self._parameters.first_covariance == "inliers"
         for _ in range(N_PASSES if trimmed else 1):
             comparison = self._compare_by(
-                features, covariance, excludes_outliers=self._noise.excludes_outliers and trimmed
+                features, covariance, excludes_outliers=self._parameters.gate and trimmed
             )
             covariance = comparison.covariance
         self._history.append(covariance)
@@ -110,27 +109,25 @@ class TemplateFilter:
 
     def compare(self, features: Array) -> TemplateComparison:
         """Return the residuals of a view (height, width, d)."""
-        return self._compare_by(
-            features, self.residual, excludes_outliers=self._noise.excludes_outliers
-        )
+        return self._compare_by(features, self.residual, excludes_outliers=self._parameters.gate)
 
     def update(self, comparison: TemplateComparison, *, is_first: bool) -> None:
         """Update the template by a view (equations 8 to 14); `is_first`: the view of `start`."""
-        noise = self._noise
+        parameters = self._parameters
         if not is_first:
             self._history.append(comparison.covariance)
             self.residual = np.asarray(sum(self._history) / len(self._history), np.float64)
         self.state, gain, self._estimate = _step(
-            self.residual, self.measurement, self._estimate, self.state, noise.adaptive
+            self.residual, self.measurement, self._estimate, self.state, parameters.adaptive_noise
         )
         _filter_pixels(
             self.template,
             self._components,
             comparison.features,
-            comparison.outliers & noise.excludes_outliers,
+            comparison.outliers & parameters.gate,
             self._outlying,
             gain,
-            noise.patience,
+            self.patience,
         )
 
     def _compare_by(
@@ -143,7 +140,7 @@ class TemplateFilter:
             self.template,
             self._components,
             inverse,
-            self._noise.limit,
+            self.limit,
             excludes_outliers,
             outliers,
         )
@@ -152,9 +149,9 @@ class TemplateFilter:
         return TemplateComparison(features, outliers, share, self._constrain(mean))
 
     def _constrain(self, covariance: Array) -> Array:
-        if not self._noise.correlated:
+        if self._parameters.covariance == "diagonal":
             covariance = np.diag(np.diag(covariance))
-        return raise_eigenvalues(covariance, self._noise.floor)
+        return raise_eigenvalues(covariance, self._floor)
 
 
 def _step(
@@ -246,11 +243,6 @@ _RATIOS = np.arange(256.0)[:, np.newaxis] / np.maximum(np.arange(256.0), 1.0)
 _ANGLES = np.vectorize(atan)(_RATIOS)
 
 
-def n_features(features: Features) -> int:
-    """Return the number d of components of a pixel's features."""
-    return 1 if features == "intensity" else 3
-
-
 def compute_features(image: Image, features: Features) -> Array:
     """Return the features of every pixel of a BGR image, float64 of shape (rows, columns, d).
 
@@ -258,11 +250,11 @@ def compute_features(image: Image, features: Features) -> Array:
     = G / max(B, R) and c3 = B / max(R, G) (equation 18); a maximum of 0 counts as one grey level.
     `arctan` are their arc tangents, as defined by Gevers & Smeulders.
     """
-    colours = image[..., ::-1].astype(np.float64, order="C")
     if features == "rgb":
-        return colours
+        return cv2.cvtColor(image, cv2.COLOR_BGR2RGB).astype(np.float64)
     if features == "intensity":
-        return np.asarray(colours.sum(axis=2, keepdims=True))
+        blue, green, red = (image[..., channel, np.newaxis] for channel in range(3))
+        return np.add(np.add(blue, green, dtype=np.uint16), red).astype(np.float64)
     return _ratios(image, _RATIOS if features == "invariants" else _ANGLES)
 
 
