@@ -166,10 +166,11 @@ def _report(
     commands = Commands("" if runs.folder is None else str(runs.folder), arguments)
     if options.as_json or options.form in TEXTS:
         if options.form == "markdown":
-            _print_answer(runs, options)
+            _print_answer(runs, options, published)
         _print(tables, options)
     else:
-        _print_summary(runs, tables, options, title if with_folder_name else "")
+        title_line = f"{title}:" if with_folder_name else ""
+        _print_summary(runs, tables, options, published, title_line)
     print_corner_hints(runs)
     target, files = runs.folder or Path("report"), list[Path]()
     figures = None
@@ -212,13 +213,19 @@ def _annotated(runs: "Runs", metrics: list[str], tables: "list[Table]") -> "list
     return reports
 
 
-def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, title: str) -> None:
+def _print_summary(
+    runs: "Runs",
+    tables: "list[Table]",
+    options: ReportOptions,
+    published: "Path | PublishedSet | None",
+    title_line: str,
+) -> None:
     """Print answer and short table; then tables of other metrics, or all of them."""
     from trackmark.bench.analysis.run_summary import summarise
 
-    summary = summarise(runs) if "native" in options.metrics else None
-    if title:
-        click.echo(f"{title}:")
+    summary = summarise(runs, published) if "native" in options.metrics else None
+    if title_line:
+        click.echo(title_line)
     if summary is not None:
         print_result(summary.lines(quiet=options.quiet))
         for warning in summary.warnings:
@@ -230,12 +237,14 @@ def _print_summary(runs: "Runs", tables: "list[Table]", options: ReportOptions, 
         _print(further, options)
 
 
-def _print_answer(runs: "Runs", options: ReportOptions) -> None:
+def _print_answer(
+    runs: "Runs", options: ReportOptions, published: "Path | PublishedSet | None"
+) -> None:
     """Print the answer as paragraphs of Markdown."""
     from trackmark.bench.analysis.run_summary import summarise
     from trackmark.reports.renderers import in_markdown
 
-    summary = summarise(runs) if "native" in options.metrics else None
+    summary = summarise(runs, published) if "native" in options.metrics else None
     if summary is not None:
         for sentence in (summary.answer.heading, *summary.answer.details):
             click.echo(f"{in_markdown(sentence)}\n")
