@@ -352,10 +352,12 @@ class _ReportPage:
         if self.ranking is not None:
             means = _means_of(self.ranking)
         elif "sequences" in self.tables:
-            data = self.tables["sequences"].data
-            data = data[data["measure"] == "mean_overlap"].astype({"sequence": str, "tracker": str})
-            means = data.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
-            means = means.reindex(index=data["sequence"].unique())
+            overlaps = self.tables["sequences"].data
+            overlaps = overlaps[overlaps["measure"] == "mean_overlap"].astype(
+                {"sequence": str, "tracker": str}
+            )
+            means = overlaps.pivot_table("mean", "sequence", "tracker", sort=False, dropna=False)
+            means = means.reindex(index=overlaps["sequence"].unique())
         else:
             return pd.DataFrame()
         return means[[name for name in self.page_runs.trackers if name in means]]
