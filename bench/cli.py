@@ -150,7 +150,7 @@ def _command_without(
     Sequences that a pattern selects are excluded with `!NAME`. The result is None if a tracker or
     the sequences are not among the arguments, or if nothing would remain of one of them.
     """
-    found, remaining, option = set[str](), list[str](), ""
+    removed, remaining, option = set[str](), list[str](), ""
     excluded = {f"!{name.rstrip('/').rpartition('/')[2]}": name for name in sequences}
     for token in typed:
         start, value = "", token
@@ -162,17 +162,17 @@ def _command_without(
             continue
         items = [item.strip() for item in value.split(",")]
         unusable = sequences if option == "--sequences" else trackers
-        kept = [item for item in items if item not in unusable]
-        found |= {*items} & {*unusable}
+        usable = [item for item in items if item not in unusable]
+        removed |= {*items} & {*unusable}
         if option == "--sequences":
-            kept += [mark for mark, name in excluded.items() if name not in items]
-            found |= {*sequences}
-        if kept:
-            remaining.append(token if kept == items else f"{start}{','.join(kept)}")
+            usable += [mark for mark, name in excluded.items() if name not in items]
+            removed |= {*sequences}
+        if usable:
+            remaining.append(token if usable == items else f"{start}{','.join(usable)}")
         elif option:
             return None
         option = ""
-    return remaining if found == {*trackers, *sequences} else None
+    return remaining if removed == {*trackers, *sequences} else None
 
 
 def _check_completion() -> None:

@@ -19,6 +19,7 @@ from trackmark.bench.analysis.comparable_runs import (
     AllFailedError,
     ComparisonError,
     check_runs,
+    compared_measure,
     same_boxes,
     selected_trackers,
 )
@@ -35,7 +36,7 @@ from trackmark.bench.statistics.rules import (
     loser_of,
 )
 from trackmark.bench.statistics.units import StatisticalUnits, units_of
-from trackmark.bench.store.runs import Runs
+from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.tables import ScoreMeasure
 
 if TYPE_CHECKING:
@@ -256,6 +257,13 @@ def compare_runs(
     )
 
 
+def rank_among_published(runs: Runs, published: "Path | PublishedSet") -> Comparison:
+    """Compare one-pass runs with published scores, by the metrics of these scores."""
+    metrics = getattr(published, "metrics", DEFAULT_METRICS)
+    measure = compared_measure(metrics, getattr(published, "measure", "mean_overlap"))
+    return compare_runs(runs, metrics, measure, published=published)
+
+
 def compare_trackers(
     scored: pd.DataFrame,
     timed: pd.DataFrame,
@@ -318,7 +326,8 @@ def compare_trackers(
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {}, published)
     times, measured = with_times(scored, timed)
-    unbeaten = [name for name in _unbeaten(means, pairs, units) if name not in published]
+    # A published tracker is rarely called better, because intervals are corrected for many pairs.
+    unbeaten = () if published else _unbeaten(means, pairs, units)
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     unpublished = [standing for standing in standings if standing.tracker not in published]
     best = max(unpublished or standings, key=lambda standing: _sign(measure) * standing.mean)

@@ -6,11 +6,15 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from trackmark.bench.analysis.comparison import Comparison, compare_trackers
+from trackmark.bench.analysis.comparison import (
+    Comparison,
+    compare_trackers,
+    rank_among_published,
+)
 from trackmark.bench.analysis.decisions import Answer, answer_of
 from trackmark.bench.analysis.run_tables import SUMMARY, not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import failed_runs, mean_table, means_by_tracker
@@ -30,6 +34,9 @@ from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.printable import one_line, wrap
 from trackmark.reports.renderers import terminal_lines
 from trackmark.reports.tables import MISSING, Cell, Table
+
+if TYPE_CHECKING:
+    from trackmark.bench.analysis.published_sets import PublishedSet
 
 MAX_ROWS = 10
 """Maximum number of trackers in a short table."""
@@ -63,16 +70,20 @@ class RunSummary:
         return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
 
 
-def summarise(runs: Runs) -> RunSummary | None:
+def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> RunSummary | None:
     """Return the summary of one-pass runs; None without such runs.
 
-    Times come from timing runs if these exist.
+    Times come from timing runs if these exist. With published scores, the answer is the rank among
+    them, and the runs are scored by their metrics.
     """
-    scored = runs.scored(DEFAULT_METRICS, ONE_PASS)
+    metrics = getattr(published, "metrics", DEFAULT_METRICS)
+    scored = runs.scored(metrics, ONE_PASS)
     if scored.empty:
         return None
     means = summary_of(scored, runs.timed, "", with_intervals=False)
     sentence, comparison = answer_on(scored, runs.timed, means)
+    if published is not None:
+        sentence = answer_of(rank_among_published(runs, published))
     standings = () if comparison is None else comparison.standings
     intervals = {entry.tracker: entry.interval for entry in standings if entry.interval}
     _, measured = with_times(scored, runs.timed)

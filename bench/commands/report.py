@@ -39,6 +39,7 @@ from trackmark.bench.commands._terminal import print_result
 if TYPE_CHECKING:
     from trackmark.bench.analysis.by_annotation import AnnotationReport
     from trackmark.bench.analysis.by_attribute import AttributeReport
+    from trackmark.bench.analysis.published_sets import PublishedSet
     from trackmark.bench.store.runs import Runs
     from trackmark.reports.tables import Table
 
@@ -159,7 +160,15 @@ def command(
         tables += [entry.table for entry in curves] + [entry.table for entry in annotated]
         heading = title if len(experiments) > 1 else ""
         _print_report(
-            runs, tables, heading, metrics, form, as_json=as_json, verbose=verbose, quiet=quiet
+            runs,
+            tables,
+            heading,
+            metrics,
+            form,
+            published_scores,
+            as_json=as_json,
+            verbose=verbose,
+            quiet=quiet,
         )
         print_corner_hints(runs)
         files, suffix = list[Path](), f".{form}" if form in FIGURES else ".png"
@@ -211,6 +220,7 @@ def _print_report(
     heading: str,
     metrics: list[str],
     form: str | None,
+    published: "Path | PublishedSet | None",
     *,
     as_json: bool,
     verbose: bool,
@@ -221,7 +231,7 @@ def _print_report(
     from trackmark.reports.renderers import FORMATS, in_markdown, terminal_lines, to_json
 
     has_answer = not as_json and form not in ("text", "csv", "latex") and "native" in metrics
-    summary = summarise(runs) if has_answer else None
+    summary = summarise(runs, published) if has_answer else None
     if as_json:
         rendered = [*map(to_json, tables)]
     elif form in TEXTS:

@@ -88,7 +88,7 @@ def leaderboard(
         first_rows, folded = _among_published(rows, ranking)
     return card(
         "leaderboard",
-        shown=first_rows,
+        first_rows=first_rows,
         folded=folded,
         title=ranking.measure.title if ranking else "mean overlap",
         n_sequences=len(runs.sequences),
@@ -99,12 +99,12 @@ def leaderboard(
 def _among_published(
     rows: Sequence[dict[str, Any]], ranking: Comparison
 ) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
-    """Return the shown and the folded rows of a leaderboard with published trackers, by rank."""
-    rows_of_runs = {row["label"]: row for row in rows}
+    """Return the first and the folded rows of a leaderboard with published trackers, by rank."""
+    row_of = {row["label"]: row for row in rows}
     ranked: list[dict[str, Any]] = []
     for rank, standing in enumerate(ranked_standings(ranking), 1):
         low, high = standing.interval or (np.nan, np.nan)
-        row = rows_of_runs.pop(standing.tracker, None) or {
+        row = row_of.pop(standing.tracker, None) or {
             "tracker": None,
             "label": standing.tracker.removesuffix(_PUBLISHED),
             "note": "published",
@@ -112,10 +112,10 @@ def _among_published(
             "position": None,
         }
         row["note"] = f"rank {rank}, {row['note']}".removesuffix(", ")
-        # No mark: after the correction for all pairs, few trackers are clearly worse than another.
-        row["overlap"] = {"mean": standing.mean, "low": low, "high": high, "marked": False}
+        row["overlap"] = {"mean": standing.mean, "low": low, "high": high}
+        row["overlap"]["marked"] = standing.is_unbeaten
         ranked.append(row)
-    ranked += rows_of_runs.values()  # all runs of these trackers failed
+    ranked += row_of.values()  # all runs of these trackers failed
     folded = [
         *[row for row in ranked if row["tracker"] is None][N_SHOWN_PUBLISHED:],
         *[row for row in ranked if row["tracker"] is not None][MAX_ROWS:],

@@ -15,10 +15,9 @@ from markupsafe import Markup
 from trackmark.bench.analysis.by_metrics import table_prefix
 from trackmark.bench.analysis.comparable_runs import (
     ComparisonError,
-    compared_measure,
     same_boxes,
 )
-from trackmark.bench.analysis.comparison import Comparison, compare_runs
+from trackmark.bench.analysis.comparison import Comparison, rank_among_published
 from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import Answer, answer_of
 from trackmark.bench.analysis.run_summary import answer_on, ranked_trackers
@@ -95,8 +94,7 @@ class ReportPage:
         self.comparison, sentences = self._compare()
         self.ranking: Comparison | None = None
         if published is not None:
-            measure = compared_measure(self.metrics, getattr(published, "measure", "mean_overlap"))
-            self.ranking = compare_runs(runs, self.metrics, measure, published=published)
+            self.ranking = rank_among_published(runs, published)
             self._citation = getattr(published, "citation", "")
             sentences = answer_of(self.ranking)
         self.sentences = Answer(sentences.heading, (*sentences.details, *self._notes()))

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field, replace
 from fnmatch import fnmatchcase
 from glob import escape
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol, cast, runtime_checkable
+from typing import Any, NamedTuple, Protocol, cast
 
 from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
 from trackmark.datasets.file_digest import TICK_NS
@@ -24,9 +24,6 @@ from trackmark.datasets.truth_file import read_text
 
 __all__ = [
     "Reader",
-    "ReaderOfMany",
-    "ReaderOfSplits",
-    "ReaderWithOptions",
     "formats",
     "is_mask_path",
     "options",
@@ -57,18 +54,18 @@ _MAX_CACHED = 64  # maximum number of cached sequences
 class Reader(Protocol):
     """Functions of each module in this folder that reads a layout.
 
-    Attributes
-    ----------
-    PATH_IS_ONE_TARGET : bool, optional
-        True if the path of a sequence selects one target of many; a folder or a pattern selects
-        all of them.
+    Modules can have more functions. `options(path)` returns the options of data with several
+    targets or frame rates. `list_sequences(path)` returns the paths of all targets in a folder, if each one
+    is a sequence. `list_members(folder)` returns the sequences of a dataset that are not its
+    subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path selects
+    one target of many, and a folder or a pattern all of them.
     """
 
     def recognises(self, path: Path) -> bool:
         """Return whether the path has this format, without reading an image."""
         ...
 
-    def read(self, path: Path, truth: Path | None) -> Sequence:
+    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
         """Open the sequence with the given ground-truth file, or its own; read no image."""
         ...
 
@@ -78,40 +75,6 @@ class _Format(NamedTuple):
 
     layout: Layout
     reader: Reader
-
-
-@runtime_checkable
-class ReaderWithOptions(Protocol):
-    """Functions of a reader whose data contain several targets or frame rates."""
-
-    def options(self, path: Path) -> list[dict[str, Any]]:
-        """Return the options; see `datasets.options`."""
-        ...
-
-    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-        """Open the sequence with these options; see `Reader.read`."""
-        ...
-
-
-@runtime_checkable
-class ReaderOfMany(Protocol):
-    """Function of a reader whose sequences are not subfolders of the dataset's folder."""
-
-    def list_members(self, folder: Path) -> list[Path]:
-        """Return the sequences of a dataset, even if images or ground truth are missing.
-
-        The result is empty for a folder of another format.
-        """
-        ...
-
-
-@runtime_checkable
-class ReaderOfSplits(Protocol):
-    """Function of a reader for which each target in a folder is a separate sequence."""
-
-    def list_sequences(self, path: Path) -> list[Path]:
-        """Return the paths of all sequences in the folder, with their options."""
-        ...
 
 
 def formats() -> dict[str, str]:
@@ -141,10 +104,12 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
             return []
         reader = data_format.reader
         is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
-        if not isinstance(reader, ReaderOfSplits) or is_one:
+        if is_one or not hasattr(reader, "list_sequences"):
             return [path]
         with suppress(SequenceError):  # the error is raised when the sequence is opened
-            return reader.list_sequences(path if path.name else path.resolve())  # `.` has no name
+            # `.` has no name
+            listed: list[Path] = reader.list_sequences(path if path.name else path.resolve())
+            return listed
         return [path]
 
 
@@ -213,7 +178,7 @@ def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
 def _list_members(folder: Path) -> tuple[list[Path], str]:
     """Return the sequences of a dataset with its own folder layout, and the expected layout."""
     for layout, reader in _formats():
-        if isinstance(reader, ReaderOfMany) and (members := reader.list_members(folder)):
+        if hasattr(reader, "list_members") and (members := reader.list_members(folder)):
             return members, layout.in_words
     return [], ""
 
@@ -271,8 +236,10 @@ def options(path: Path) -> list[dict[str, Any]]:
     """
     data_format = _find_format(path)
     with _named_errors(path):
-        reader = None if data_format is None else data_format.reader
-        return reader.options(path) if isinstance(reader, ReaderWithOptions) else []
+        if data_format is None or not hasattr(data_format.reader, "options"):
+            return []
+        described: list[dict[str, Any]] = data_format.reader.options(path)
+        return described
 
 
 def read(
@@ -346,10 +313,7 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
             f"{path}: unknown option {quote(unknown[0])}. Options: {', '.join(names) or 'none'}."
         )
     with _named_errors(path):
-        if isinstance(reader, ReaderWithOptions):
-            sequence = reader.read(path, truth, option_values)
-        else:
-            sequence = reader.read(path, truth)
+        sequence = reader.read(path, truth, option_values)
         sequence.origin = replace(
             sequence.origin,
             format=layout.in_words,
@@ -364,7 +328,7 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
 
 def _other_targets(path: Path, reader: Reader) -> tuple[str, ...]:
     """Return the names of all targets of a recording but the one that is read by default."""
-    if not isinstance(reader, ReaderOfSplits):
+    if not hasattr(reader, "list_sequences"):
         return ()
     path = path if path.name else path.resolve()
     default = tuple(f":{option['name']}={option['default']}" for option in options(path))

@@ -49,7 +49,7 @@ def recognises(path: Path) -> bool:
 
 
 def list_members(folder: Path) -> list[Path]:
-    """Return the sequences of one resolution, 480p if it exists; see `ReaderOfMany`."""
+    """Return the sequences of one resolution, 480p if it exists."""
     kinds = [folder / kind for kind in (IMAGES, MASKS)]
     if not all(kind.is_dir() for kind in kinds):
         return []
@@ -72,7 +72,7 @@ def options(path: Path) -> list[dict[str, Any]]:
 
 
 def list_sequences(path: Path) -> list[Path]:
-    """Return one path per object; see `ReaderOfSplits`."""
+    """Return one path per object."""
     numbers = list(_read_objects(*_files(path)))
     paths = [path.with_name(f"{path.name}:object={number}") for number in numbers]
     return paths if len(paths) > 1 else [path]

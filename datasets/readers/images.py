@@ -1,5 +1,6 @@
 """Folders of images, in the natural order of their names."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from trackmark.datasets import truth_file
@@ -13,7 +14,7 @@ def recognises(path: Path) -> bool:
     return path.is_dir() and bool(image_files(path))
 
 
-def read(path: Path, truth: Path | None) -> Sequence:
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the folder; without `truth`, its `truth.csv` is read if it exists."""
     files = image_files(path)
     check_frame_numbers(files)

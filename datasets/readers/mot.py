@@ -51,7 +51,7 @@ def options(path: Path) -> list[dict[str, Any]]:
 
 
 def list_sequences(path: Path) -> list[Path]:
-    """Return one path per target; see `ReaderOfSplits`."""
+    """Return one path per target."""
     targets = list(_read_targets(path / TRUTH))
     paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
     return paths if len(paths) > 1 else [path]

@@ -93,7 +93,7 @@ class RowsReader:
         return [describe_option(self.layout.option, values, default, unit)]
 
     def list_members(self, folder: Path) -> list[Path]:
-        """Return the sequences of a set whose sequences are not its folders; see `ReaderOfMany`.
+        """Return the sequences of a set whose sequences are not its folders.
 
         Images without ground truth are omitted if several sequences can share a folder.
         """
@@ -112,12 +112,10 @@ class RowsReader:
         path = layout.images[0] if is_folder else "NAME"
         return [folder / path.replace("NAME", n) for n in sorted(names, key=natural_order)]
 
-    def read(
-        self, path: Path, truth: Path | None, options: Mapping[str, str] | None = None
-    ) -> Sequence:
+    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
         """Open the sequence; its flags are attributes."""
         layout, locations = self.layout, self._locate(path.resolve())
-        value = choose(path, layout.option, locations, options or {}) if layout.option else ""
+        value = choose(path, layout.option, locations, options) if layout.option else ""
         location = locations[value]
         name = location.name
         if layout.option and value != layout.values[0]:

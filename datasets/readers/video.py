@@ -1,5 +1,6 @@
 """Video files with ground truth in a CSV file."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 from trackmark.datasets import truth_file
@@ -14,7 +15,7 @@ def recognises(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES and path.is_file()
 
 
-def read(path: Path, truth: Path | None) -> Sequence:
+def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name is read if it exists."""
     # imported here, because it loads a decoder
     from trackmark.datasets.video_frames import VideoFrames

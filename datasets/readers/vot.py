@@ -81,7 +81,7 @@ def options(path: Path) -> list[dict[str, Any]]:
 
 
 def list_sequences(path: Path) -> list[Path]:
-    """Return one path per object; see `ReaderOfSplits`."""
+    """Return one path per object."""
     objects = list(_truth_files(path))
     paths = [path.with_name(f"{path.name}:object={name}") for name in objects]
     return paths if len(paths) > 1 else [path]

@@ -133,7 +133,7 @@ def test_stale_tracker_stops_the_documentation_site():
         hook.on_pre_build({})
 
 
-def test_opencv_tracker_that_is_not_installed_has_its_sealed_version(scores, monkeypatch):
+def test_missing_opencv_tracker_has_its_sealed_version(scores, monkeypatch):
     def refuse(tracker):
         raise stored.TrackerError("the installed OpenCV has no such tracker")
 

@@ -351,30 +351,30 @@ def test_published_trackers_have_the_metric_of_the_others(trackmark, workspace, 
         )
     }
     runs = tm.load_runs(workspace / "results" / "mine")
-    with_runs = runs.scored("otb", "one-pass").set_index("tracker")["mean_overlap"]
-    assert f"{with_runs['camshift']:.2f}" != f"{runs.means()['mean_overlap']['camshift']:.2f}"
+    overlap_of = runs.scored("otb", "one-pass").set_index("tracker")["mean_overlap"]
+    assert f"{overlap_of['camshift']:.2f}" != f"{runs.means()['mean_overlap']['camshift']:.2f}"
     with SETS["otb100"].file.open() as file:
         theirs = {
             row["tracker"]: float(row["mean_overlap"])
             for row in csv.DictReader(file)
             if row["sequence"] == "Deer"
         }
-    overlaps = {**with_runs.to_dict(), **theirs}
+    overlaps = {**overlap_of.to_dict(), **theirs}
     assert {name: value for name, (_, value) in rows.items()} == {
         name: f"{value:.2f}" for name, value in overlaps.items()
     }
     ranked = sorted(overlaps.values(), reverse=True)
-    assert rows["static"][0] == f"rank {ranked.index(with_runs['static']) + 1}"
+    assert rows["static"][0] == f"rank {ranked.index(overlap_of['static']) + 1}"
     best = max(theirs, key=theirs.__getitem__)
     assert rows[best][0] == f"rank {ranked.index(theirs[best]) + 1}, published"
     first, _, folded = board.partition("<details")
     assert "29 more published trackers" in folded
     assert first.count("<li") == 2 + 5
     heat = Cells(page).tables["heat"]
-    assert float(heat[1][1]["text"].split()[0]) == pytest.approx(with_runs.max(), abs=0.005)
+    assert float(heat[1][1]["text"].split()[0]) == pytest.approx(overlap_of.max(), abs=0.005)
     fold = page.partition('id="sequence-0"')[2].partition("</details>")[0]
     assert f"Published: {best} {theirs[best]:.2f}, " in fold
-    assert f"highest: {with_runs.idxmax()}, {with_runs.max():.2f}" in fold
+    assert f"highest: {overlap_of.idxmax()}, {overlap_of.max():.2f}" in fold
 
 
 @browser.needs_browser
