@@ -54,11 +54,11 @@ _MAX_CACHED = 64  # maximum number of cached sequences
 class Reader(Protocol):
     """Functions of each module in this folder that reads a layout.
 
-    Modules can have more: `options(path)` returns the options of data with several targets or frame
-    rates; `list_sequences(path)` the paths of all targets in a folder, if each one is a sequence;
-    `list_members(folder)` the sequences of a dataset that are not its subfolders, even incomplete
-    ones. The constant `PATH_IS_ONE_TARGET` states that a path selects one target of many, and a
-    folder or a pattern all of them.
+    Modules can have more functions. `options(path)` returns the options of data with several
+    targets or frame rates. `list_sequences(path)` returns the paths of all targets in a folder, if
+    each one is a sequence. `list_members(folder)` returns the sequences of a dataset that are not
+    its subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path
+    selects one target of many, and a folder or a pattern all of them.
     """
 
     def recognises(self, path: Path) -> bool:
