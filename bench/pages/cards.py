@@ -90,7 +90,7 @@ def leaderboard(
         "leaderboard",
         first_rows=first_rows,
         folded=folded,
-        title=ranking.measure.title if ranking else "mean overlap",
+        metrics=ranking.measure.title.removeprefix("mean overlap") if ranking else "",
         n_sequences=len(runs.sequences),
         notes=time_notes,
     )

@@ -4,6 +4,7 @@ from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
+import cv2
 import pytest
 from click.testing import CliRunner
 
@@ -122,7 +123,10 @@ def slow(key):
     ],
 )
 def test_boxes_equal_golden_digests(key):
-    seal = tracker_seals()[key.partition(" on ")[0].partition(":")[0]]
+    name = key.partition(" on ")[0].partition(":")[0]
+    seal = tracker_seals()[name]
+    if name == "opencv-csrt" and not hasattr(cv2, "TrackerCSRT"):
+        pytest.skip("the installed OpenCV has no CSRT; opencv-contrib-python-headless has")
     if library_versions(set(seal.libraries)) != library_versions_of_constraints(seal.libraries):
         pytest.skip("other versions of libraries than those that boxes were sealed with")
     boxes = golden_boxes(key)

@@ -33,10 +33,15 @@ SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 PARTS = [
     (
         "leaderboard",
-        {"shown": [ROW], "folded": [EMPTY], "title": "mean overlap", "n_sequences": 8}
-        | {"notes": []},
+        {
+            "first_rows": [ROW],
+            "folded": [EMPTY],
+            "metrics": " (otb)",
+            "n_sequences": 8,
+            "notes": [],
+        },
         [
-            "over 8 sequences; thin line: ",
+            " (otb) over 8 sequences; thin line: ",
             f'<li class="marked" data-k="1"><a class="row" {LINK}><span class="who">* <span><b>b<',
             '<span class="fill c1" style="width:80.0%">',
             '<i class="interval" style="left:70.0%;width:20.0%"></i>',
