@@ -98,6 +98,7 @@ def test_failed_run_names_its_own_generators_only(file, make_sequence, name, gen
     assert run.metadata.get("generators") == generators
 
 
+@pytest.mark.slow
 def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):
     _, first = execute(file, ["Numpy"], tmp_path / "first", repetitions=1)
     assert len(first) == 1
@@ -115,6 +116,7 @@ def test_stochastic_trackers_are_repeated_and_reported(file, tmp_path, caplog):
         np.testing.assert_array_equal(boxes[key], others[key])
 
 
+@pytest.mark.slow
 def test_evaluate_repeats_and_reports_stochastic_classes(file, tmp_path):
     texts = [f"{file}:{name}" for name in NAMES]
     with pytest.warns(RuntimeWarning) as warned:

@@ -12,6 +12,7 @@ from trackmark.bench.cli import _message_of
 from trackmark.bench.numba_compilation import SENTENCE
 
 
+@pytest.mark.slow
 def test_compilation_by_a_worker_is_printed_once(trackmark_process, workspace, monkeypatch):
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(workspace / "kernels"))
     options = ("--sequences", "data/Small", "--json", "--jobs", 1)

@@ -38,6 +38,7 @@ def test_report_has_table_and_radar_plot_of_annotations(trackmark, workspace, ta
     assert (workspace / "paper" / "annotated-native.png").stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_scores_without_finite_value_have_neither_rows_nor_plot(trackmark, workspace, otb):
     folder = otb(workspace / "short" / "one", 12)
     (folder / "attrs.txt").write_text("OCC, SV, FM")
@@ -48,6 +49,7 @@ def test_scores_without_finite_value_have_neither_rows_nor_plot(trackmark, works
     assert not list((workspace / "paper").glob("annotated-*.png"))
 
 
+@pytest.mark.slow
 def test_expected_overlap_by_annotation_is_that_of_a_subset(trackmark, workspace, tagged):
     run = ("run", "--trackers", "static", "--protocol", "supervised", "--name")
     trackmark(*run, "whole", "--sequences", tagged)

@@ -91,6 +91,7 @@ def test_preset_curves_are_drawn(stored):
     assert message.endswith("there is no tracker all of whose runs vot-anchor can score.")
 
 
+@pytest.mark.slow
 def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
     folder = run_trial(tmp_path, ["static"], SEQUENCES, protocol="supervised")
     table = metric_tables(Runs.open(folder), ["otb"]).tables[0]
@@ -102,6 +103,7 @@ def test_preset_without_judgeable_runs_has_a_note(run_trial, tmp_path):
     assert set(table.records["lacking"]) == {"1 of 1 not scored", "2 of 2 not scored"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("seconds", "late"), [(0.02, 0.0), (0.05, 1.0)])
 def test_late_estimates_are_counted_in_real_time(run_trial, tmp_path, seconds, late):
     protocol = f"real-time:update_seconds={seconds}"

@@ -20,6 +20,7 @@ def report_all(trackmark, folder, n_sequences, n_trackers, forms):
     assert len(results.means(per="sequence")) == n_trackers * n_sequences
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("n_sequences", "n_trackers"), [(130, 2), (2, 130)])
 def test_report_of_130_trackers_or_sequences(
     n_sequences, n_trackers, store_many, trackmark, workspace

@@ -50,6 +50,7 @@ def test_sparse_truth_scores_annotated_frames_only(trackmark, workspace):
     assert mean_scores(workspace / "out", "long-term")["recall"] == pytest.approx(0.8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "command",
     [

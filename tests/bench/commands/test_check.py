@@ -110,6 +110,7 @@ def test_unchanged_tracker_is_identical(trackmark, baseline_file):
     assert whole.count("identical") == 4
 
 
+@pytest.mark.slow
 def test_check_selects_sequences_by_any_of_their_names(trackmark, baseline_file):
     numbers = {"Small": 1, TINY: 1, "data/Small,plain/*": 2, "*,!plain/*": 1}
     for texts, number in numbers.items():
@@ -141,6 +142,7 @@ def test_worse_tracker_is_reported_and_accepted(trackmark, workspace, baseline_f
     assert trackmark("check", "own").stdout.endswith("; mine  2 sequences\n")
 
 
+@pytest.mark.slow
 def test_run_that_fails_in_one_repetition_is_a_regression(trackmark, edit):
     trackmark("baseline", "own", "--trackers", "knob.py:as=mine", *SMALL, "--repetitions", 8)
     failing = "if self.seed.entropy == 7: raise IndexError('index 64 is out of bounds')\n        "
@@ -155,6 +157,7 @@ def test_run_that_fails_in_one_repetition_is_a_regression(trackmark, edit):
     assert trackmark("check", "own", "--repetitions", 6).stdout.startswith("PASS  1 of 1")
 
 
+@pytest.mark.slow
 def test_baseline_with_failed_runs_is_not_written(trackmark, workspace, edit):
     failing = "if self.seed.entropy == 3: raise ValueError('empty box')\n        self.box = box"
     edit(("self.box = box", failing))
@@ -166,6 +169,7 @@ def test_baseline_with_failed_runs_is_not_written(trackmark, workspace, edit):
     assert len(stored.splitlines()) == 14
 
 
+@pytest.mark.slow
 def test_undeclared_randomness_is_refused(trackmark, workspace, edit):
     edit(DETERMINISTIC, (SEEDED, UNSEEDED))
     printed = trackmark(*BASELINE, status=2)
@@ -187,11 +191,13 @@ def test_hash_order_is_refused_as_undeclared_randomness(
     assert not (workspace / "baselines").exists()
 
 
+@pytest.mark.slow
 def test_declared_randomness_that_ignores_the_seed_is_reported(trackmark, edit):
     edit((SEEDED, UNSEEDED))
     assert NOT_REPEATABLE in trackmark(*BASELINE).stderr
 
 
+@pytest.mark.slow
 def test_harmless_draw_from_a_global_generator_is_no_regression(trackmark, workspace, edit):
     (workspace / "knob.py").write_text(GLOBAL)
     trackmark("baseline", "own", "--trackers", "knob.py:as=mine", *SMALL, "--repetitions", 6)
@@ -203,6 +209,7 @@ def test_harmless_draw_from_a_global_generator_is_no_regression(trackmark, works
     assert len(set(table["trackers"]["mine"]["Small"]["box_digests"])) == 6
 
 
+@pytest.mark.slow
 def test_hidden_randomness_is_inconclusive(trackmark, edit):
     edit(DETERMINISTIC, NO_DRAW)
     trackmark(*BASELINE)
@@ -217,6 +224,7 @@ def test_hidden_randomness_is_inconclusive(trackmark, edit):
     assert "REGRESSION: mine failed in 1 of 2 runs" in printed
 
 
+@pytest.mark.slow
 def test_crash_in_repeated_run_is_a_regression(trackmark, edit, workspace, monkeypatch):
     monkeypatch.delenv("PYTHONHASHSEED", raising=False)
     edit(DETERMINISTIC, ("self.random.random()", "0.2"))
@@ -236,6 +244,7 @@ def test_crash_in_repeated_run_is_a_regression(trackmark, edit, workspace, monke
     assert file.read_bytes() == before
 
 
+@pytest.mark.slow
 def test_baseline_is_not_written_after_crash_in_repetition(trackmark, workspace, edit, monkeypatch):
     monkeypatch.delenv("PYTHONHASHSEED", raising=False)
     edit(("self.box = box", CRASH))
@@ -247,6 +256,7 @@ def test_baseline_is_not_written_after_crash_in_repetition(trackmark, workspace,
     assert not (workspace / "baselines").exists()
 
 
+@pytest.mark.slow
 def test_tracker_that_draws_now_is_run_with_all_repetitions(trackmark, edit):
     edit(DETERMINISTIC, NO_DRAW)
     trackmark(*BASELINE)
@@ -276,6 +286,7 @@ REFUSED = {
 }
 
 
+@pytest.mark.slow
 def test_families_of_check_name_every_sequence(trackmark, workspace, baseline_file, edit):
     edit(SHRUNK)
     families = workspace / "families.csv"
@@ -319,6 +330,7 @@ def test_changed_sequence_is_refused_before_anything_is_run(
     assert not (workspace / "results" / "check-own").exists()
 
 
+@pytest.mark.slow
 def test_tracker_with_another_name_is_refused(trackmark, workspace, edit):
     trackmark("baseline", "own", "--trackers", "knob.py", *SEQUENCES, "--repetitions", 6)
     edit(("class Knob(", "class Other("))
@@ -326,6 +338,7 @@ def test_tracker_with_another_name_is_refused(trackmark, workspace, edit):
     assert "are now called knob.py:Other" in message
 
 
+@pytest.mark.slow
 def test_tracker_that_cannot_be_loaded_outweighs_a_regression(trackmark, workspace, edit):
     (workspace / "other.py").write_text((workspace / "knob.py").read_text())
     both = ("--trackers", "knob.py:as=mine,other.py:as=other", *SEQUENCES, "--repetitions", 6)

@@ -108,6 +108,7 @@ def test_slower_tracker_is_reported(trackmark, workspace, committed_baseline):
     assert first["low"] < first["change"] < first["high"]
 
 
+@pytest.mark.slow
 def test_old_trackers_come_from_the_revision(
     trackmark, workspace, committed_baseline, git, timed_setups
 ):
@@ -130,6 +131,7 @@ def test_old_trackers_come_from_the_revision(
     assert "git add knob.py" in message
 
 
+@pytest.mark.slow
 def test_tracker_that_cannot_be_timed_is_inconclusive(trackmark, committed_baseline, monkeypatch):
     def time_interleaved(setups, clips):
         raise TurnError("its process ended")
@@ -166,6 +168,7 @@ def test_missing_git_is_reported(trackmark, baseline_without_runs, monkeypatch):
     assert "cannot run git" in message
 
 
+@pytest.mark.slow
 def test_budget_is_refused_with_the_least_possible_one(trackmark, committed_baseline, monkeypatch):
     """A session takes 10 s on a simulated clock: two trackers need six sessions each."""
     clock = iter(range(0, 100_000, 10))

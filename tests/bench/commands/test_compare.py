@@ -42,6 +42,7 @@ def test_compare_runs_missing_runs_and_writes_files(trackmark, workspace):
         assert (pair["first"], pair["second"]) == ("static", "camshift")
 
 
+@pytest.mark.slow
 def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspace):
     where = ("--sequences", SIX_SCENES, "--name", "stored")
     pair = ("compare", "static", "camshift", "--json")
@@ -60,6 +61,7 @@ def test_single_sequence_has_a_difference_without_interval(trackmark):
     assert "Differences of mean overlap by sequence" in printed
 
 
+@pytest.mark.slow
 def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
     otb(workspace / "data" / "Long", 9)
     late = "self.n = getattr(self, 'n', 0) + 1\n        if self.n > LATE: raise ValueError('lost')"
@@ -94,6 +96,7 @@ def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark(*results)
 
 
+@pytest.mark.slow
 def test_other_boxes_in_timing_run_are_not_repeatable(trackmark, workspace):
     text = (workspace / "knob.py").read_text()
     (workspace / "knob.py").write_text(text.replace("default_rng(self.seed)", "default_rng()"))
@@ -146,6 +149,7 @@ def test_sequences_with_the_same_boxes_are_counted(trackmark, workspace, otb):
     assert differing == [False, True, False, False]
 
 
+@pytest.mark.slow
 def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, workspace):
     compare = ("compare", "static", "camshift", "--sequences", SCENES, "--metrics")
     printed = trackmark(*compare, "got10k", "--output", "paper").stdout
@@ -196,6 +200,7 @@ def test_families_of_clips_count_once(trackmark, workspace, otb):
     assert "either --families or --unit" in trackmark("compare", *where, *both, status=2).stderr
 
 
+@pytest.mark.slow
 def test_sequence_of_one_frame_does_not_hide_the_answer(trackmark, workspace, otb):
     otb(workspace / "data" / "Single", 1)
     where = ("--sequences", "data/Small,data/Single", "--name", "mixed")

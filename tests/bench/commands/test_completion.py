@@ -80,6 +80,7 @@ def shell(request, tmp_path):
         opened.close()
 
 
+@pytest.mark.slow
 def test_shell_completes_commands_options_and_files(shell):
     shell.type("trackmark comp\t--he\t\n", "Usage: trackmark compare")
     shell.type("trackmark run --trackers a-ra\t", "a-rather-long-name.py")

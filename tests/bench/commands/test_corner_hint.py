@@ -45,6 +45,7 @@ def test_commands_with_scores_print_the_corner_hint(trackmark, corners, commands
         assert done.stderr.count(HINT) == 1, (command, done.stderr)
 
 
+@pytest.mark.slow
 def test_page_of_results_has_the_corner_hint(trackmark, corners):
     trackmark("run", *RUN, "--name", "mine")
     trackmark("report", "results/mine", "--output", "out")

@@ -35,6 +35,7 @@ def test_closed_pipe_ends_the_output_and_not_the_work(trackmark, workspace, monk
     assert len(tm.load_runs(workspace / "results").table) == 4
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(not FULL.exists(), reason="the system has no /dev/full")
 @pytest.mark.parametrize("options", [(), ("--json",)])
 def test_full_disk_is_one_message_and_the_work_continues(
@@ -120,6 +121,7 @@ def test_control_characters_do_not_reach_the_terminal(trackmark, break_tracker, 
     assert RED in json.loads(row)["failure"]
 
 
+@pytest.mark.slow
 def test_files_of_check_hold_any_text_or_refuse_it(trackmark, workspace, break_tracker):
     trackmark("baseline", "own", "--trackers", "knob.py:Knob", *SMALL, "--repetitions", 6)
     file = workspace / "baselines" / "own.toml"

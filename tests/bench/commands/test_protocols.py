@@ -72,6 +72,7 @@ def test_report_on_one_protocol_names_its_files(trackmark, workspace):
     assert (workspace / "paper" / "anchors-spacing-4-metrics-native.md").is_file()
 
 
+@pytest.mark.slow
 def test_trackers_are_compared_by_one_protocol(trackmark):
     command = ("compare", "static", "camshift", "--sequences", SCENES, "--name", "compared")
     text = unwrapped(trackmark(*command, "--protocol", "tre:starts=3:min_frames=9").stdout)
@@ -96,6 +97,7 @@ def test_trackers_are_compared_by_one_protocol(trackmark):
     assert "otb cannot score runs of the protocol supervised" in refused
 
 
+@pytest.mark.slow
 def test_changed_tracker_is_run_again_by_its_protocol(both, trackmark, workspace):
     with (workspace / "knob.py").open("a") as file:
         file.write("CHANGED = True\n")

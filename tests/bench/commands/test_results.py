@@ -38,6 +38,7 @@ def test_results_are_listed_merged_and_removed(trackmark, workspace):
     assert nothing == "No run matches; nothing was removed.\n"
 
 
+@pytest.mark.slow
 def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspace, otb):
     trackmark("run", "--trackers", "knob.py:Knob", *SMALL, "--name", "old")
     with (workspace / "knob.py").open("a") as file:
@@ -57,6 +58,7 @@ def test_merge_refuses_runs_of_other_versions_and_other_data(trackmark, workspac
     assert not (workspace / "both").exists()
 
 
+@pytest.mark.slow
 def test_failures_are_listed_by_their_first_line(trackmark, break_tracker):
     break_tracker()
     trackmark(*KNOB, status=1)
@@ -115,6 +117,7 @@ def test_report_opens_its_page_in_the_browser(trackmark, workspace, monkeypatch)
     assert "--open requires a page" in refused.stderr
 
 
+@pytest.mark.slow
 def test_report_on_several_experiments_names_each(trackmark, workspace):
     (workspace / "trial.toml").write_text(
         'version = 1\ntitle = "Mine"\nsequences = ["data/Small"]\ntrackers = ["static"]\n'
@@ -137,6 +140,7 @@ def test_report_of_tables_opens_no_sequence_and_no_run(trackmark, monkeypatch, w
     assert suffixes == {".txt", ".md", ".csv", ".tex"}
 
 
+@pytest.mark.slow
 def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, workspace, monkeypatch):
     for name in ("a|b", "a-b"):
         shutil.copytree(workspace / "data" / "Small", workspace / "data" / name)
@@ -154,6 +158,7 @@ def test_film_strips_are_drawn_of_unchanged_data_only(trackmark, one_line, works
     assert "another version" in one_line(done)
 
 
+@pytest.mark.slow
 def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_tracker):
     knob = (*MINE, "knob.py:Knob", *SMALL)
     trackmark(*knob)
@@ -169,6 +174,7 @@ def test_report_exits_with_1_if_every_run_of_a_tracker_failed(trackmark, break_t
     assert "1 of 1 failed" in trackmark(*report, status=1).stdout
 
 
+@pytest.mark.slow
 def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker):
     break_tracker("return Estimate(self.box + __import__('os').urandom(4)[0] / 99)")
     trackmark(*KNOB)
@@ -178,6 +184,7 @@ def test_report_names_trackers_that_are_not_repeatable(trackmark, break_tracker)
     assert "static is not" not in text
 
 
+@pytest.mark.slow
 def test_show_draws_a_film_strip_and_an_h264_video(trackmark, workspace):
     trackmark(*STATIC, "samples/face")
     show = ("show", "samples/face", "--results", "results/mine", "--output")
@@ -198,6 +205,7 @@ def test_show_never_overwrites_its_sequence(trackmark, workspace):
     assert (workspace / "mine.mp4").read_bytes() == content
 
 
+@pytest.mark.slow
 def test_report_by_attribute_measures_each_sequence_once(trackmark, workspace, otb):
     for speed in range(12):
         folder = otb(workspace / "twelve" / f"s{speed}", 4)
@@ -280,6 +288,7 @@ def test_requested_runs_of_an_older_version_are_shown(trackmark, two_versions, w
     assert "—" not in printed
 
 
+@pytest.mark.slow
 def test_merge_refuses_two_versions_of_a_tracker(trackmark, two_versions, workspace):
     options = ["--trackers", "knob.py", "--results-root", ".", "--sequences", "data/Other"]
     trackmark("run", *options, "--name", "newer")

@@ -5,6 +5,7 @@ import shlex
 import shutil
 
 import cv2
+import pytest
 
 import trackmark as tm
 from tests.bench.commands.conftest import SMALL, json_lines, masked, unwrapped
@@ -50,6 +51,7 @@ def test_run_prints_answer_table_and_results_folder(trackmark, workspace):
     assert "mine: every sequence; metrics native." in verbose
 
 
+@pytest.mark.slow
 def test_many_trackers_need_at_most_20_lines(trackmark):
     trackers = ",".join(f"knob.py:as=mine{number}" for number in range(12))
     lines = trackmark(*MINE, trackers, *SMALL).stdout.splitlines()
@@ -57,6 +59,7 @@ def test_many_trackers_need_at_most_20_lines(trackmark):
     assert "2 more trackers: --verbose" in lines
 
 
+@pytest.mark.slow
 def test_default_name_depends_on_trackers_sequences_and_truth(trackmark, workspace, otb):
     def folder_of(done):
         return re.search(r"uns (?:are in|go to) ([^ ]+?)\.\s", done.stdout + done.stderr)[1]
@@ -132,6 +135,7 @@ def test_timing_runs_store_times(trackmark, workspace):
     assert table["run_delay_share"].between(0, 1).all()
 
 
+@pytest.mark.slow
 def test_failed_runs_are_listed_by_the_printed_command(
     trackmark, tracker_processes, workspace, break_tracker
 ):
@@ -160,6 +164,7 @@ def test_failed_runs_are_listed_by_the_printed_command(
     assert "1 of 1 failed" in trackmark("report", f"results/{name}", status=1).stdout
 
 
+@pytest.mark.slow
 def test_stored_failure_gives_exit_status_1_again(trackmark, break_tracker):
     break_tracker()
     for options in ((), (), ("--retry-failed",)):

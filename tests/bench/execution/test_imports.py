@@ -62,6 +62,7 @@ def test_start_that_fails_in_the_worker_is_shown_once(errors):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("arguments", "problem"),
     [

@@ -197,6 +197,7 @@ def small_plan(workspace, sequences=1, **changes):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("sequences", [1, 3])
 @pytest.mark.parametrize("workers", [1, 2, 3, 5, 50])
 def test_tasks_fit_worker_share_and_cover_every_run_once(workspace, sequences, workers):

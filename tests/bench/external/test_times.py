@@ -82,6 +82,7 @@ def test_waiting_is_time_in_all_ways_in(waiting, folder, way):
     assert facts["machine"].endswith("Accelerator 9")
 
 
+@pytest.mark.slow
 def test_clocks_and_notes_are_shown_with_times(waiting, folder, run_trial):
     trial = ["static", *waiting.values()]
     results = run_trial(folder / "results", trial, ["Noise"])

@@ -62,6 +62,7 @@ class Drawing:
 """
 
 
+@pytest.mark.slow
 def test_seed_sets_global_random_generators(tmp_path):
     (tmp_path / "drawing.py").write_text(DRAWING)
     image, boxes = np.zeros((9, 9, 3), np.uint8), []

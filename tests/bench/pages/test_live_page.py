@@ -78,6 +78,7 @@ def block(page, name):
     return b64decode(re.search(f'id="{re.escape(name)}">(.*?)</script>', page.read_text())[1])
 
 
+@pytest.mark.slow
 def test_page_contains_estimates_of_each_frame(page):
     data = data_of(page.read_text())
     (sequence,) = data["sequences"]
@@ -162,6 +163,7 @@ def first_box(text):
     return (steps[1, :3].sum(axis=0) / 50).tolist()
 
 
+@pytest.mark.slow
 def test_show_live_runs_the_requested_repetition(trackmark, workspace):
     trackers = "knob.py:Knob,static"
     run = ("run", "--trackers", trackers, "--sequences", "data/Small", "--name", "mine")

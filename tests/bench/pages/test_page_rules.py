@@ -70,6 +70,7 @@ def many(write_extreme):
     return write_extreme("many", ["static", "camshift", *named], 14)
 
 
+@pytest.mark.slow
 def test_page_is_accessible_and_has_no_sideways_scroll(chromium, extremes, page, axe):
     check_accessibility(chromium, axe, (page, *extremes.values()), 390, dark=True)
 

@@ -237,6 +237,7 @@ def test_player_switches_to_revised_boxes(opened_page, results):
     assert rows == pytest.approx([run.boxes[3, 0], run.revised[3, 0]], abs=0.051)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "height"), [(1920, 1080), (390, 844), (844, 390)])
 def test_frame_keeps_aspect_ratio_and_fills_space(opened_page, width, height):
     opened_page.size(width, height, mobile=width < 900)
@@ -428,6 +429,7 @@ def test_absent_failures_are_stated(opened_page):
     assert opened_page.run(MESSAGE) == "No shown tracker leaves the ground-truth box."
 
 
+@pytest.mark.slow
 def test_failed_run_is_shown_to_its_last_box_with_the_reason(chromium, tmp_path, without_processes):
     (tmp_path / "failing.py").write_text(failing_tracker(12, step=12))
     trackers = ("static", f"{tmp_path / 'failing.py'}:Failing")

@@ -62,6 +62,7 @@ def unpacked(text, frames):
     return np.where(whole == ABSENT, np.nan, whole / 50)
 
 
+@pytest.mark.slow
 def test_segments_have_boxes_in_their_frames(by_protocols):
     folder, page = by_protocols
     text = page.read_text()

@@ -86,6 +86,7 @@ def lossy_scores(generator, n_repetitions):
     return np.where(lost, 0.1, 0.7) + 0.01 * generator.standard_normal(n_repetitions)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("draw", [normal_scores, lossy_scores])
 @pytest.mark.parametrize(("n_repetitions", "n_sequences"), [(6, 8), (20, 8), (20, 1)])
 def test_promised_drop_is_found_in_80_percent(draw, n_repetitions, n_sequences):

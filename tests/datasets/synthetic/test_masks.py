@@ -158,6 +158,7 @@ def test_box_of_partly_hidden_cup_is_tight(name):
         assert edges == pytest.approx([x, y, x + width, y + height], abs=1)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "options", "affected"),
     [("stress/twin", "light=dappled", "")]

@@ -26,6 +26,7 @@ def step():
         return stages.step_of("moreno2005", SCENE)
 
 
+@pytest.mark.slow
 def test_estimate_is_made_of_the_hypotheses(step):
     contours = step.contours
     mean = np.average(contours.states, axis=0, weights=contours.weights)

@@ -66,6 +66,7 @@ PLAIN = "plain/target:length=60:occlusion=0.9:noise=8"
 """Sequence with noise: a low outlier limit declares many occlusions in a row."""
 
 
+@pytest.mark.slow
 def test_events_are_frames_of_the_sequence_of_a_late_target():
     sequence = datasets.load(PLAIN)
     boxes = sequence.boxes.copy()
