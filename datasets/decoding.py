@@ -21,9 +21,9 @@ _REPR = Repr()
 _REPR.maxstring = 200
 
 
-def quote(text: str) -> str:
+def quote(value: str) -> str:
     """Return a text in quotes for a message; a long text is shortened in the middle."""
-    return _REPR.repr(text)
+    return _REPR.repr(value)
 
 
 def check_name(path: Path) -> None:

@@ -35,7 +35,8 @@ from trackmark.datasets.recorded import recorded
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
 
-_Number = tuple[str | int, ...]  # name of an image up to its last number: text and numbers in turn
+# name of an image up to its last number: text and numbers in turn
+_NumberedStem = tuple[str | int, ...]
 
 
 def check_frame_numbers(images: abc.Sequence[Path]) -> None:
@@ -48,30 +49,30 @@ def check_frame_numbers(images: abc.Sequence[Path]) -> None:
 
     Raises `SequenceError` naming both images.
     """
-    numbers: dict[_Number, Path] = {}
+    images_by_stem: dict[_NumberedStem, Path] = {}
     for image in images:
-        if number := _frame_number(image):
-            if number in numbers:
-                raise _collision(image, numbers[number])
-            numbers[number] = image
-    prefixes = Counter(number[0] for number in numbers)
-    for number, image in numbers.items():
-        prefix, *rest = number
-        begins = (number[:end] for end in range(2, len(number), 2))
+        if stem := _numbered_stem(image):
+            if stem in images_by_stem:
+                raise _collision(image, images_by_stem[stem])
+            images_by_stem[stem] = image
+    prefixes = Counter(stem[0] for stem in images_by_stem)
+    for stem, image in images_by_stem.items():
+        prefix, *rest = stem
+        begins = (stem[:end] for end in range(2, len(stem), 2))
         ends = (
             (shorter, *rest)
             for start in range(1, len(str(prefix)) + 1)
             if 2 * prefixes[prefix] < prefixes[shorter := str(prefix)[start:]]
         )
         for other in (*begins, *ends):
-            if other in numbers:
-                raise _collision(image, numbers[other])
+            if other in images_by_stem:
+                raise _collision(image, images_by_stem[other])
 
 
-def _frame_number(image: Path) -> _Number:
+def _numbered_stem(image: Path) -> _NumberedStem:
     """Return the name up to its last number; empty if the name contains no number."""
-    parts, _ = natural_order(image.stem.casefold())
-    return tuple(parts[:-1])
+    stem_parts, _ = natural_order(image.stem.casefold())
+    return tuple(stem_parts[:-1])
 
 
 def _collision(*images: Path) -> SequenceError:
@@ -266,8 +267,8 @@ def numbered_images(folder: Path, *firsts: int, names: str = "#") -> list[Path]:
         return images
     digits = [digits_of_name(file, names) for file in images]
 
-    def named(number: int, width: int) -> str:
-        return names.replace("#", f"{number:0{width}}")
+    def named(image_number: int, width: int) -> str:
+        return names.replace("#", f"{image_number:0{width}}")
 
     for file, digits_of_file in zip(images, digits, strict=True):
         if not digits_of_file:

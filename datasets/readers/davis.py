@@ -175,11 +175,11 @@ def _read_values(file: Path) -> NDArray[np.uint8]:
 def _locate(path: Path) -> tuple[Path, Path] | None:
     """Return a sequence's folders of images and masks; None for another format."""
     full = path.resolve()
-    kind = next((parent for parent in full.parents[:2] if parent.name == IMAGES), None)
-    root = full.parent if kind is None else kind.parent
-    inside = None if kind is None else full.parent.relative_to(kind).as_posix()
+    images_root = next((parent for parent in full.parents[:2] if parent.name == IMAGES), None)
+    root = full.parent if images_root is None else images_root.parent
+    inside = None if images_root is None else full.parent.relative_to(images_root).as_posix()
     for resolution in _resolutions(root) if inside is None else [inside]:
-        images, masks = (root / kind / resolution / full.name for kind in (IMAGES, MASKS))
+        images, masks = (root / folder / resolution / full.name for folder in (IMAGES, MASKS))
         if images.is_dir() and masks.is_dir() and (resolution != "." or image_files(images)):
             return images, masks
     return None
