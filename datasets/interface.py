@@ -344,7 +344,7 @@ class Sequence:
         images = [np.asarray(frame).view() for frame in frames]  # made read-only when they are read
         for frame, image in enumerate(images):
             expected = (*images[0].shape[:2], 3)
-            if image.dtype != np.uint8 or image.shape != expected or image.ndim != 3:
+            if image.dtype != np.uint8 or image.shape != expected:
                 raise SequenceError(
                     f"{name}: frame {frame} is an array of type {image.dtype} and shape "
                     f"{image.shape}. Expected: images of type uint8, of shape (height, width, 3) "

@@ -187,10 +187,10 @@ def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bo
     return boxes
 
 
-def read_boxes(path: Path, origin: float = 0.0, *, zero_is_absent: bool = True) -> Array:
+def read_boxes(path: Path, origin: float = 0.0) -> Array:
     """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
-    return as_boxes(rows, path, origin, zero_is_absent=zero_is_absent)
+    return as_boxes(rows, path, origin)
 
 
 def read_integers(

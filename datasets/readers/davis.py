@@ -50,15 +50,15 @@ def recognises(path: Path) -> bool:
 
 def list_members(folder: Path) -> list[Path]:
     """Return the sequences of one resolution, 480p if it exists."""
-    kinds = [folder / kind for kind in (IMAGES, MASKS)]
-    if not all(kind.is_dir() for kind in kinds):
+    roots = [folder / IMAGES, folder / MASKS]
+    if not all(root.is_dir() for root in roots):
         return []
     for resolution in _resolutions(folder):
         names = {
-            entry.name
-            for kind in kinds
-            for entry in (kind / resolution).glob("*")
-            if entry.is_dir() and (resolution != "." or image_files(entry))
+            path.name
+            for root in roots
+            for path in (root / resolution).glob("*")
+            if path.is_dir() and (resolution != "." or image_files(path))
         }
         if names:
             return [folder / name for name in sorted(names)]

@@ -294,7 +294,11 @@ class RowsReader:
         """Return boxes from 0, and flags of the rows that state a box or absence."""
         boxes, annotated = rows.boxes, np.ones(len(rows.boxes), np.bool_)
         if self.layout.unit == "image size":
-            boxes = boxes * np.tile(_size(images), 2)
+            if isinstance(images, Path):
+                raise SequenceError(
+                    f"{images}: boxes as shares of the image size need image files."
+                )
+            boxes = boxes * np.tile(size_of_first(images), 2)
         if self.layout.zero == "not annotated":
             annotated = (boxes != 0.0).any(axis=1)
             boxes = np.where(annotated[:, None], boxes, np.nan)
@@ -434,13 +438,6 @@ def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any)
 
     frames = VideoFrames(images)
     return recorded(name, frames, [images], *truth, **{**options, "fps": frames.fps})
-
-
-def _size(images: list[Path] | Path) -> tuple[int, int]:
-    """Return width and height of the images."""
-    if isinstance(images, Path):
-        raise SequenceError(f"{images}: boxes as shares of the image size need image files.")
-    return size_of_first(images)
 
 
 def _spread(values: NDArray[Any], frames: NDArray[np.int64]) -> NDArray[Any]:
