@@ -21,9 +21,9 @@ _REPR = Repr()
 _REPR.maxstring = 200
 
 
-def quote(text: str) -> str:
+def quote(value: str) -> str:
     """Return a text in quotes for a message; a long text is shortened in the middle."""
-    return _REPR.repr(text)
+    return _REPR.repr(value)
 
 
 def check_name(path: Path) -> None:
@@ -61,27 +61,23 @@ def decoding(problem: str, remedy: str = "Download the file again.") -> Iterator
         raise SequenceError(f"{problem} ({reason[:_MAX_REASON]}). {remedy}") from error
 
 
-def pixel_limit(max_pixels: int | None = None) -> int:
-    """Return the maximum number of pixels of an image.
+def pixel_limit() -> int:
+    """Return the maximum number of pixels of an image, by default `DEFAULT_MAX_PIXELS`.
 
-    If `max_pixels` is None, the limit is read from `$TRACKMARK_MOST_PIXELS`.
-
-    Raises `SequenceError` if this variable is not a number.
+    Raises `SequenceError` if `$TRACKMARK_MOST_PIXELS` is not a number.
     """
-    if max_pixels is not None:
-        return max_pixels
     value = os.environ.get(PIXEL_LIMIT_VARIABLE, str(DEFAULT_MAX_PIXELS))
     if not (value.isdecimal() and len(value) < 20):
         raise SequenceError(f"{PIXEL_LIMIT_VARIABLE} is {quote(value)}. Set a number of pixels.")
     return int(value)
 
 
-def check_pixels(width: int, height: int, max_pixels: int | None = None) -> None:
+def check_pixels(width: int, height: int) -> None:
     """Check the size in an image's header [pixels] before memory is allocated for the image.
 
-    `max_pixels` is as in `pixel_limit`. Raises `ValueError` for a larger image.
+    Raises `ValueError` for an image that is larger than `pixel_limit`.
     """
-    limit = pixel_limit(max_pixels)
+    limit = pixel_limit()
     if width * height > limit:
         raise ValueError(
             f"its header states {width}x{height} pixels; the maximum is {limit}. Set "

@@ -87,12 +87,12 @@ def find_items(source: Source, names: Sequence[str], to: Path) -> list[Item]:
         file = to / ".description.json"
         try:
             _fetch(source, source.description, file, None)
-            content = file.read_bytes()
+            encoded = file.read_bytes()
         finally:  # a description can change: it is not continued
             file.unlink(missing_ok=True)
-            _part(file).unlink(missing_ok=True)
+            _partial_file(file).unlink(missing_ok=True)
         try:
-            items = list(_vot_items(json.loads(content), source.description))
+            items = list(_vot_items(json.loads(encoded), source.description))
         except (AttributeError, KeyError, TypeError, ValueError) as error:
             raise DownloadError(
                 f"{source.description}: this is no description of a VOT data set ({error!r}). See "
@@ -147,13 +147,17 @@ def _vot_items(description: Any, url: str) -> Iterator[Item]:
         name = str(about["name"])
         if Path(name).name != name:
             raise ValueError(f"name {name!r}")
-        parts = {"": about["annotations"], **about["channels"]}
+        channels = {"": about["annotations"], **about["channels"]}
         fields = {"name": name, "fps": str(about["fps"]), "format": "default"}
-        for channel, part in about["channels"].items():
-            fields[f"channels.{channel}"] = f"{channel}/{part.get('pattern', '')}"
+        for channel, about_channel in about["channels"].items():
+            fields[f"channels.{channel}"] = f"{channel}/{about_channel.get('pattern', '')}"
         archives = [
-            Archive(urljoin(url, part["url"]), channel, _known_hash(part.get("checksum")))
-            for channel, part in parts.items()
+            Archive(
+                urljoin(url, about_channel["url"]),
+                channel,
+                _known_hash(about_channel.get("checksum")),
+            )
+            for channel, about_channel in channels.items()
         ]
         yield Item(name, archives, fields)
 
@@ -188,14 +192,14 @@ def _fetch(
             known_hash or (registry.registry.get(file.name) if is_archive else None),
             fname=file.name,
             path=file.parent,
-            downloader=partial(_resume, part=_part(file), on_progress=on_progress),
+            downloader=partial(_resume, partial_file=_partial_file(file), on_progress=on_progress),
         )
     if first_time:
         with checksums.open("a") as lines:
             lines.write(f"{file.name} {pooch.file_hash(file)}\n")
 
 
-def _part(file: Path) -> Path:
+def _partial_file(file: Path) -> Path:
     return file.with_name(f"{file.name}.part")
 
 
@@ -209,14 +213,14 @@ def _explained(source: Source, url: str, file: Path) -> Iterator[None]:
         response = error.response
         assert response is not None  # that of the server, whose status is the error
         if response.status_code == requests.codes.requested_range_not_satisfiable:
-            _part(file).unlink()
+            _partial_file(file).unlink()
             raise DownloadError(f"{url}: the file has changed. Start again.") from None
         raise DownloadError(
             f"{url}: the server answers {response.status_code} {response.reason}. If the address "
             f"is out of date, see {source.page}"
         ) from None
     except requests.RequestException as error:
-        size = _part(file).stat().st_size
+        size = _partial_file(file).stat().st_size
         raise BrokenConnectionError(
             f"{url}: the connection failed after {size} bytes ({type(error).__name__}). Start "
             f"again to continue from there. If the address is out of date, see {source.page}"
@@ -227,7 +231,7 @@ def _explained(source: Source, url: str, file: Path) -> Iterator[None]:
             f"the file has really changed, remove its line from {file.parent / CHECKSUMS}."
         ) from None
     except OSError as error:
-        raise OSError(error.errno, error.strerror, str(_part(file))) from error
+        raise OSError(error.errno, error.strerror, str(_partial_file(file))) from error
 
 
 def _resume(
@@ -235,11 +239,11 @@ def _resume(
     output_file: str,
     pooch_: Any,
     *,
-    part: Path,
+    partial_file: Path,
     on_progress: Callable[[int, int], None],
 ) -> None:
-    """Append the rest of a file to `part` and move it to `output_file`; a downloader of Pooch."""
-    with part.open("ab") as file:
+    """Append the rest to `partial_file` and move it to `output_file`; a downloader of Pooch."""
+    with partial_file.open("ab") as file:
         start = file.tell()
 
         def start_over_without_range(response: Any, **_: Any) -> None:
@@ -256,7 +260,7 @@ def _resume(
             headers=headers,
             hooks={"response": start_over_without_range},
         )(url, file, pooch_)
-    part.replace(output_file)
+    partial_file.replace(output_file)
 
 
 class _Bar:

@@ -35,7 +35,8 @@ from trackmark.datasets.recorded import recorded
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
 
-_Number = tuple[str | int, ...]  # name of an image up to its last number: text and numbers in turn
+# name of an image up to its last number: text and numbers in turn
+_NumberedStem = tuple[str | int, ...]
 
 
 def check_frame_numbers(images: abc.Sequence[Path]) -> None:
@@ -48,30 +49,30 @@ def check_frame_numbers(images: abc.Sequence[Path]) -> None:
 
     Raises `SequenceError` naming both images.
     """
-    numbers: dict[_Number, Path] = {}
+    images_by_stem: dict[_NumberedStem, Path] = {}
     for image in images:
-        if number := _frame_number(image):
-            if number in numbers:
-                raise _collision(image, numbers[number])
-            numbers[number] = image
-    prefixes = Counter(number[0] for number in numbers)
-    for number, image in numbers.items():
-        prefix, *rest = number
-        begins = (number[:end] for end in range(2, len(number), 2))
+        if stem := _numbered_stem(image):
+            if stem in images_by_stem:
+                raise _collision(image, images_by_stem[stem])
+            images_by_stem[stem] = image
+    prefixes = Counter(stem[0] for stem in images_by_stem)
+    for stem, image in images_by_stem.items():
+        prefix, *rest = stem
+        begins = (stem[:end] for end in range(2, len(stem), 2))
         ends = (
             (shorter, *rest)
             for start in range(1, len(str(prefix)) + 1)
             if 2 * prefixes[prefix] < prefixes[shorter := str(prefix)[start:]]
         )
         for other in (*begins, *ends):
-            if other in numbers:
-                raise _collision(image, numbers[other])
+            if other in images_by_stem:
+                raise _collision(image, images_by_stem[other])
 
 
-def _frame_number(image: Path) -> _Number:
+def _numbered_stem(image: Path) -> _NumberedStem:
     """Return the name up to its last number; empty if the name contains no number."""
-    parts, _ = natural_order(image.stem.casefold())
-    return tuple(parts[:-1])
+    stem_parts, _ = natural_order(image.stem.casefold())
+    return tuple(stem_parts[:-1])
 
 
 def _collision(*images: Path) -> SequenceError:
@@ -106,14 +107,10 @@ _COLOUR = cv2.IMREAD_COLOR | cv2.IMREAD_IGNORE_ORIENTATION
 
 
 class ImageFiles:
-    """Frames in image files, read on request.
+    """Frames in image files, read on request; `files` are in the order of the frames."""
 
-    `files` are in the order of the frames. `max_pixels` is as in `decode_image`.
-    """
-
-    def __init__(self, files: abc.Sequence[Path], max_pixels: int | None = None) -> None:
+    def __init__(self, files: abc.Sequence[Path]) -> None:
         self.files = files
-        self._max_pixels = max_pixels
 
     def __len__(self) -> int:
         return len(self.files)
@@ -123,7 +120,7 @@ class ImageFiles:
         file = self.files[frame]
         remedy = "Download the file again, or end the ground truth before this frame."
         with decoding(f"{file}: frame {frame} cannot be read", remedy):
-            return decode_image(read_image_file(file), self._max_pixels)
+            return decode_image(read_image_file(file))
 
 
 def read_image_file(file: Path) -> bytes:
@@ -155,24 +152,23 @@ def image_size(encoded: bytes) -> tuple[int, int] | None:
     return None
 
 
-def decode_image(encoded: bytes, max_pixels: int | None = None) -> Image:
+def decode_image(encoded: bytes) -> Image:
     """Decode an image file's bytes to 8-bit BGR.
 
     Pixels are returned as stored: an orientation tag is not applied. Grey images get three equal
     channels, 16-bit images keep the upper byte, alpha is dropped.
 
-    `max_pixels` limits the size in the header; see `datasets.decoding.pixel_limit`.
-
     Raises `ValueError` for data that are damaged, truncated or not an image, and for an image that
-    is too large. Raises `MemoryError` if decoding needs more memory than is available.
+    is larger than `pixel_limit`. Raises `MemoryError` if decoding needs more memory than is
+    available.
     """
     size = image_size(encoded)
     if size is None:
         # Formats that only OpenCV reads are refused: decoding a file of 50 bytes can take a minute
         # and gigabytes of memory.
         raise ValueError("not an image in the format JPEG, PNG, BMP, PPM or TIFF, or damaged")
-    check_pixels(*size, max_pixels)
-    _check_memory(encoded, size, pixel_limit(max_pixels))
+    check_pixels(*size)
+    _check_memory(encoded, size, _MAX_BYTES_PER_PIXEL * pixel_limit())
     if encoded.startswith(_JPEG_START):
         return np.asarray(simplejpeg.decode_jpeg(encoded, "BGR"), dtype=np.uint8)
     try:
@@ -209,7 +205,7 @@ def _without_orientation(encoded: bytes) -> bytes:
     return encoded
 
 
-def _check_memory(encoded: bytes, size: tuple[int, int], max_pixels: int) -> None:
+def _check_memory(encoded: bytes, size: tuple[int, int], max_bytes: int) -> None:
     """Check that a decoder does not allocate more memory for data than the pixel limit implies.
 
     Raises `ValueError` for too many bytes per pixel, and for a PNG chunk whose stated length
@@ -225,11 +221,10 @@ def _check_memory(encoded: bytes, size: tuple[int, int], max_pixels: int) -> Non
             offset += int.from_bytes(encoded[offset : offset + 4], "big") + 12
         if offset > len(encoded):
             raise ValueError("a chunk is longer than the file: it is damaged or truncated")
-    if size[0] * size[1] * depth > _MAX_BYTES_PER_PIXEL * max_pixels:
+    if size[0] * size[1] * depth > max_bytes:
         raise ValueError(
             f"its header states {size[0]}x{size[1]} pixels with up to {depth} bytes each; the "
-            f"maximum is {_MAX_BYTES_PER_PIXEL * max_pixels} bytes. Set {PIXEL_LIMIT_VARIABLE} to "
-            "raise it"
+            f"maximum is {max_bytes} bytes. Set {PIXEL_LIMIT_VARIABLE} to raise it"
         )
 
 
@@ -266,8 +261,8 @@ def numbered_images(folder: Path, *firsts: int, names: str = "#") -> list[Path]:
         return images
     digits = [digits_of_name(file, names) for file in images]
 
-    def named(number: int, width: int) -> str:
-        return names.replace("#", f"{number:0{width}}")
+    def named(image_number: int, width: int) -> str:
+        return names.replace("#", f"{image_number:0{width}}")
 
     for file, digits_of_file in zip(images, digits, strict=True):
         if not digits_of_file:

@@ -342,11 +342,11 @@ class Sequence:
             the frames.
         """
         images = [np.asarray(frame).view() for frame in frames]  # made read-only when they are read
-        for number, image in enumerate(images):
+        for frame, image in enumerate(images):
             expected = (*images[0].shape[:2], 3)
-            if image.dtype != np.uint8 or image.shape != expected or image.ndim != 3:
+            if image.dtype != np.uint8 or image.shape != expected:
                 raise SequenceError(
-                    f"{name}: frame {number} is an array of type {image.dtype} and shape "
+                    f"{name}: frame {frame} is an array of type {image.dtype} and shape "
                     f"{image.shape}. Expected: images of type uint8, of shape (height, width, 3) "
                     "and of one size, with the channels blue, green, red."
                 )

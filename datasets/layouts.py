@@ -73,7 +73,8 @@ class Layout(BaseModel):
     visibility: str = ""  # file with indices of `visibility_values`
     visibility_values: tuple[float, ...] = ()
     range: str = ""  # file with the numbers of the first and the last image
-    parts: dict[str, tuple[tuple[int, int], ...]] = {}  # image ranges of FOLDER_1, FOLDER_2, …
+    # image numbers (first, last) of FOLDER_1, FOLDER_2, …, by FOLDER
+    image_ranges: dict[str, tuple[tuple[int, int], ...]] = {}
     option: str = ""  # name of an option whose value replaces OPTION in paths
     values: tuple[str, ...] = ()  # values of the option, the default first
     marks: Texts = ()  # of these files, a sequence has at least one

@@ -24,7 +24,7 @@ _MAX_FPS = 100_000.0
 _MAX_NEGATIVE = 0.5  # maximum share of rows with a negative size in a file of boxes
 
 
-def words(line: str) -> list[str]:
+def split_line(line: str) -> list[str]:
     """Split a line at commas, tabs or spaces; a word between two commas may be empty."""
     return _SEPARATOR.split(line.strip()) if line.strip() else []
 
@@ -56,7 +56,7 @@ def form_problem(line: str) -> str:
         "a comma and a space" if match.strip() and match != match.strip() else match.strip()
         for match in _SEPARATOR.findall(line.strip())
     }
-    halves = words(line)[1::2] if "." not in line else []
+    halves = split_line(line)[1::2] if "." not in line else []
     if len(separators) > 1:
         names = sorted(
             {"": "a space or tab", ",": "a comma"}.get(sign, sign) for sign in separators
@@ -76,7 +76,7 @@ def check_decimals(lines: Iterable[str], path: Path) -> None:
     Raises `SequenceError` naming file and line.
     """
     numbered = enumerate(map(str.strip, lines), 1)
-    rows = {n: words(line) for n, line in numbered if "," in line and not line.startswith("m")}
+    rows = {n: split_line(line) for n, line in numbered if "," in line and not line.startswith("m")}
     polygons = {number: row for number, row in rows.items() if len(row) == _POLYGON}
     is_short = [len(half) == 1 for row in polygons.values() for half in row[1::2]]
     if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons.values())):
@@ -88,9 +88,9 @@ def check_decimals(lines: Iterable[str], path: Path) -> None:
         )
 
 
-def numbers(line: str) -> list[float]:
+def parse_numbers(line: str) -> list[float]:
     """Return the numbers of a line, or an empty list if a word is missing or not a number."""
-    line_words = words(line)
+    line_words = split_line(line)
     if not all(map(_NUMBER.fullmatch, line_words)):
         return []
     values = [float(word) for word in line_words]
@@ -110,7 +110,7 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     for line_number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
         check_line(line, line_number, path)
         check_form(line, line_number, path)
-        row = numbers(line)
+        row = parse_numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
                 f"{path}: line {line_number}: {quote(line.strip())} is not {row_name}. Expected: "
@@ -187,10 +187,10 @@ def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bo
     return boxes
 
 
-def read_boxes(path: Path, origin: float = 0.0, *, zero_is_absent: bool = True) -> Array:
+def read_boxes(path: Path, origin: float = 0.0) -> Array:
     """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
     rows = read_rows(path, {4}, "four numbers, x y width height")
-    return as_boxes(rows, path, origin, zero_is_absent=zero_is_absent)
+    return as_boxes(rows, path, origin)
 
 
 def read_integers(
@@ -208,14 +208,14 @@ def read_integers(
         if padded:
             check_line(line, line_number, path)
         check_form(line, line_number, path)
-        for word, value in zip(words(line), numbers(line), strict=False):
+        for word, value in zip(split_line(line), parse_numbers(line), strict=False):
             if value not in range(maximum + 1):
                 raise SequenceError(
                     f"{path}: line {line_number}: {quote(word)} is not an integer from 0 to "
                     f"{maximum}."
                 )
             values.append(int(value))
-        if line.strip() and not numbers(line):
+        if line.strip() and not parse_numbers(line):
             raise SequenceError(
                 f"{path}: line {line_number}: {quote(line.strip())} is not a number."
             )
@@ -240,10 +240,10 @@ def read_fields(path: Path) -> dict[str, str]:
 
     Raises `SequenceError` for a file with NUL characters: fields contain file names.
     """
-    content = read_text(path)
-    if "\0" in content:
+    fields_text = read_text(path)
+    if "\0" in fields_text:
         raise SequenceError(f"{path}: not a text file. Download the file again.")
-    matches = (_FIELD.fullmatch(line.strip()) for line in content.splitlines())
+    matches = (_FIELD.fullmatch(line.strip()) for line in fields_text.splitlines())
     return {match[1]: match[2] for match in matches if match}
 
 
@@ -254,7 +254,7 @@ def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
     """
     if key not in fields:
         return None
-    values = numbers(fields[key].lower().removesuffix("hz"))
+    values = parse_numbers(fields[key].lower().removesuffix("hz"))
     if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
         raise SequenceError(f"{path}: {key} is {quote(fields[key])}. Expected: frames per second.")
     return values[0]
@@ -279,4 +279,4 @@ def field_path(fields: Mapping[str, str], key: str, path: Path, default: str = "
 def count_columns(path: Path) -> int:
     """Return the number of values in the first line, or 0 if a word is not a number."""
     with path.open("rb") as file:
-        return len(numbers(file.readline(10_000).decode("utf-8-sig", errors="replace")))
+        return len(parse_numbers(file.readline(10_000).decode("utf-8-sig", errors="replace")))

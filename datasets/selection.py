@@ -52,16 +52,16 @@ def select_sequences(items: Iterable[str]) -> list[str]:
             # Names inside the data, such as Jogging.1, need the sequence.
             names = {spec: spellings | _canonical_name(spec) for spec, spellings in names.items()}
         _check_pattern(pattern, selecting, names)
-    selected = [spec for spec, spellings in names.items() if not _excluded(excluded, spellings)]
+    selected = [
+        spec
+        for spec, spellings in names.items()
+        if not any(_matches(pattern, spellings) for pattern in excluded)
+    ]
     if not selected:
         raise SequenceError(
             f"{', '.join(items)}: all sequences are excluded. Select at least one sequence."
         )
     return selected
-
-
-def _excluded(patterns: Iterable[str], names: Iterable[str]) -> bool:
-    return any(_matches(pattern, names) for pattern in patterns)
 
 
 def _matches(pattern: str, names: Iterable[str]) -> bool:

@@ -135,8 +135,8 @@ def write(path: Path, truth: GroundTruth, comments: Iterable[str] = ()) -> None:
     lines.append(",".join(columns))
     rows = zip(truth.annotated_frames, *columns.values(), strict=True)
     lines += [",".join(row) for is_annotated, *row in rows if is_annotated]
-    text = "\n".join(lines) + "\n"
-    path.write_text(text, encoding="utf-8", errors="backslashreplace", newline="\n")
+    csv_text = "\n".join(lines) + "\n"
+    path.write_text(csv_text, encoding="utf-8", errors="backslashreplace", newline="\n")
 
 
 def read_text(path: Path) -> str:
@@ -179,10 +179,10 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     if frame <= after:
         raise ValueError(f"frame {frame} follows frame {after}. Expected: increasing numbers")
     values_of_box = [values[column] for column in COLUMNS[1:]]
-    box = [_number(value) for value in values_of_box] if any(values_of_box) else [nan] * 4
+    box = [_finite_number(value) for value in values_of_box] if any(values_of_box) else [nan] * 4
     if box[2] <= 0.0 or box[3] <= 0.0:
         raise ValueError(f"the box of frame {frame} has no size. An absent target has an empty box")
-    visibility = _number(values["visibility"]) if values.get("visibility") else nan
+    visibility = _finite_number(values["visibility"]) if values.get("visibility") else nan
     if visibility < 0.0 or visibility > 1.0:
         raise ValueError(f"visibility {visibility} of frame {frame} is not in [0, 1]")
     source = values.get("source", "")
@@ -193,7 +193,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
     return _Row(frame, box, visibility, source)
 
 
-def _number(value: str) -> float:
+def _finite_number(value: str) -> float:
     try:
         number = float(value) if "_" not in value else nan  # `float` would accept 1_0 as ten
     except ValueError:

@@ -67,13 +67,12 @@ class VideoFrames:
     Raises
     ------
     SequenceError
-        If the file contains no video, a video that cannot be decoded, or larger images than
-        `max_pixels`; see `datasets.decoding.pixel_limit`.
+        If the file contains no video, a video that cannot be decoded, or images that
+        are larger than `datasets.decoding.pixel_limit`.
     """
 
-    def __init__(self, file: Path, max_pixels: int | None = None) -> None:
+    def __init__(self, file: Path) -> None:
         self._file = file
-        self._max_pixels = max_pixels
         self._times: list[int] = []
         self._keys = [0]
         self._next = 0
@@ -121,7 +120,7 @@ class VideoFrames:
                     f"{self._file}: there is no decoder for this video's codec. Convert the video, "
                     "for example to H.264."
                 )
-            check_pixels(stream.codec_context.width, stream.codec_context.height, self._max_pixels)
+            check_pixels(stream.codec_context.width, stream.codec_context.height)
             rate = stream.average_rate
             self.fps = float(rate) if rate else None
             reordered = stream.codec_context.has_b_frames
@@ -173,7 +172,7 @@ class VideoFrames:
                 "err_detect": "crccheck+explode",
                 # The image size may grow in a stream. The limit is doubled, because decoders add
                 # margins.
-                "max_pixels": str(2 * pixel_limit(self._max_pixels)),
+                "max_pixels": str(2 * pixel_limit()),
             }
             if key:
                 container.seek(self._times[key], stream=stream)

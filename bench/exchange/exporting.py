@@ -73,8 +73,8 @@ def export_results(
             f"{existing[0]}: the file exists ({len(existing)} of {len(file_texts)} files do). "
             "Choose another folder, or replace the files with --force."
         )
-    for path, text in file_texts.items():
-        write_file(path, text)
+    for path, file_text in file_texts.items():
+        write_file(path, file_text)
     origins = " and ".join(map(str, sorted(first_pixels)))
     on_message(
         f"{format_name} contains {result_format.exports}; pixels are counted from {origins}."

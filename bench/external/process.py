@@ -193,7 +193,7 @@ class LineProcess:
 
     def printed(self) -> str:
         """Return the end of the output since the last call of `forget_output`."""
-        return self._output.text()
+        return self._output.last_characters()
 
     def forget_output(self) -> None:
         """Forget the output of a tracker, because the process runs another one next."""
@@ -205,7 +205,7 @@ class LineProcess:
         self.is_usable = False
         for reader in self._readers:
             reader.join(_DRAIN_SECONDS)
-        return self._output.text().strip()
+        return self._output.last_characters().strip()
 
     def counters(self) -> ProcessCounters:
         """Return the counters of the process so far; they are 0 if the system has none."""
@@ -270,7 +270,7 @@ class _Output:
         """Forget the output."""
         self._bytes.clear()
 
-    def text(self) -> str:
+    def last_characters(self) -> str:
         """Return the last characters."""
         return self._bytes.decode(errors="replace")[-TAIL_CHARACTERS:]
 

@@ -66,8 +66,8 @@ def draw_figures(context: Context) -> list[PaperFigure]:
         for stem, plot in plots.items():
             label, caption = figure_label(stem), definition.caption_of(stem)
             if isinstance(plot, Strip):
-                text = f"{description} Scene {plot.scene}.".strip()
-                figures.append(PaperFigure(stem, label, caption, text, None, plot))
+                scene_description = f"{description} Scene {plot.scene}.".strip()
+                figures.append(PaperFigure(stem, label, caption, scene_description, None, plot))
             elif plot is not None:
                 path = _write(stem, plot, context)
                 figures.append(PaperFigure(stem, label, caption, description, path))

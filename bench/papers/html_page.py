@@ -173,7 +173,7 @@ def _tiles(strip: Strip, row: StripRow) -> Iterator[dict[str, Any]]:
     for column, label in enumerate(strip.labels):
         tile = strip.tile(row, column)
         notes = row.notes[column] if row.notes else ()
-        states = [f"{note.label}: {note.text}" for note in notes]
+        states = [f"{note.label}: {note.remark}" for note in notes]
         yield {
             "image": next(encode_images([tile], tile.shape[0], QUALITY))[0],
             "size": tile.shape[1::-1],

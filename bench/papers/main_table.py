@@ -28,14 +28,12 @@ class MainCell:
     total: str = ""
 
     @classmethod
-    def parse(cls, text: str) -> "MainCell":
+    def parse(cls, cell_text: str) -> "MainCell":
         """Read a cell such as `1 / 0 of 1`."""
-        values, _, total = text.partition(" of ")
+        values, _, total = cell_text.partition(" of ")
         return cls(tuple(values.split(SEPARATOR)), total)
 
-    @property
-    def text(self) -> str:
-        """Return the cell as text."""
+    def __str__(self) -> str:
         return SEPARATOR.join(self.values) + (f" of {self.total}" if self.total else "")
 
 
@@ -51,7 +49,7 @@ def main_table(context: Context) -> Table:
     main, settings = context.paper.main_table, shown_settings(context.paper)
     headings = [*main.headings, "paper", *settings.values()]
     rows = [
-        [*row.labels, row.paper, *(main_cell(row, setting, context).text for setting in settings)]
+        [*row.labels, row.paper, *(str(main_cell(row, setting, context)) for setting in settings)]
         for row in main.rows
     ]
     return text_table("main", main_caption(context), headings, rows, len(main.headings))

@@ -43,10 +43,10 @@ _INK, _PAPER = (21, 24, 28), (255, 255, 255)
 
 
 class Note(NamedTuple):
-    """Text below a frame: label, text and tone, which is a class of the page or empty."""
+    """Text below a frame: label, remark and tone, which is a class of the page or empty."""
 
     label: str
-    text: str
+    remark: str
     tone: str = ""
 
 
@@ -123,7 +123,7 @@ class Strip:
         outlines = {TRUTH: self.truth[column], **row.outlines[column]}
         moved = {label: _moved(outline, x, y, self.shape) for label, outline in outlines.items()}
         notes = row.notes[column] if row.notes else ()
-        states = [f"paper: {note.text}" for note in notes if note.label == PAPER]
+        states = [f"paper: {note.remark}" for note in notes if note.label == PAPER]
         label = ", ".join([self.labels[column], *states])
         drawn = overlay(image, moved, SHADES, scale, label, self.shape)
         for label, outline in moved.items():

@@ -42,11 +42,7 @@ def find(name: str) -> Attribute:
     return _attributes()[name]
 
 
-def _no_progress(done: int, total: int) -> None:
-    """Ignore the progress."""
-
-
-def measure(sequence: Sequence, progress: Callable[[int, int], object] = _no_progress) -> Series:
+def measure(sequence: Sequence, progress: Callable[[int, int], object] = lambda *_: None) -> Series:
     """Measure all attributes of all frames of a sequence.
 
     Frames with the target are read once, in order. The result is stored in the user's cache, and

@@ -86,7 +86,7 @@ def split_filters(spec: str) -> tuple[str, dict[str, float]]:
     return ":".join([name_of_sequence, *other_options]), values
 
 
-def _checked(spec: str, name: str, value: str) -> float:
+def _checked(spec: str, name: str, option_value: str) -> float:
     """Return the value of a filter, checked against the filter's range."""
     if name != DRAW and name not in FILTERS:
         hint = name_hint(name, [*FILTERS, DRAW])
@@ -95,16 +95,16 @@ def _checked(spec: str, name: str, value: str) -> float:
     if name != DRAW:
         low, high, is_integer = FILTERS[name].low, FILTERS[name].high, FILTERS[name].is_integer
     try:
-        number = float(value)
+        value = float(option_value)
     except ValueError:
-        number = math.nan
-    if not low <= number <= high or (is_integer and not number.is_integer()):
+        value = math.nan
+    if not low <= value <= high or (is_integer and not value.is_integer()):
         noun = "an integer" if is_integer else "a number"
         raise SequenceError(
-            f"{quote(spec)}: {PREFIX}{name} is {quote(value)}. Expected: {noun} from {low:g} to "
-            f"{high:g}."
+            f"{quote(spec)}: {PREFIX}{name} is {quote(option_value)}. Expected: {noun} "
+            f"from {low:g} to {high:g}."
         )
-    return number
+    return value
 
 
 def with_filters(spec: str, values: Mapping[str, float]) -> str:

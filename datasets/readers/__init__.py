@@ -377,11 +377,11 @@ def _find_format(path: Path) -> _Format | None:
     """Return the format of a path."""
     with _named_errors(path):
         full = path.resolve()
-        for entry in _formats():
+        for candidate in _formats():
             # Resolving a path takes as long as all other work of a layout.
-            is_rows = isinstance(entry.reader, RowsReader)
-            if entry.reader.recognises(full if is_rows else path):
-                return entry
+            is_rows = isinstance(candidate.reader, RowsReader)
+            if candidate.reader.recognises(full if is_rows else path):
+                return candidate
         return None
 
 

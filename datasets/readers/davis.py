@@ -50,15 +50,15 @@ def recognises(path: Path) -> bool:
 
 def list_members(folder: Path) -> list[Path]:
     """Return the sequences of one resolution, 480p if it exists."""
-    kinds = [folder / kind for kind in (IMAGES, MASKS)]
-    if not all(kind.is_dir() for kind in kinds):
+    roots = [folder / IMAGES, folder / MASKS]
+    if not all(root.is_dir() for root in roots):
         return []
     for resolution in _resolutions(folder):
         names = {
-            entry.name
-            for kind in kinds
-            for entry in (kind / resolution).glob("*")
-            if entry.is_dir() and (resolution != "." or image_files(entry))
+            path.name
+            for root in roots
+            for path in (root / resolution).glob("*")
+            if path.is_dir() and (resolution != "." or image_files(path))
         }
         if names:
             return [folder / name for name in sorted(names)]
@@ -175,11 +175,11 @@ def _read_values(file: Path) -> NDArray[np.uint8]:
 def _locate(path: Path) -> tuple[Path, Path] | None:
     """Return a sequence's folders of images and masks; None for another format."""
     full = path.resolve()
-    kind = next((parent for parent in full.parents[:2] if parent.name == IMAGES), None)
-    root = full.parent if kind is None else kind.parent
-    inside = None if kind is None else full.parent.relative_to(kind).as_posix()
+    images_root = next((parent for parent in full.parents[:2] if parent.name == IMAGES), None)
+    root = full.parent if images_root is None else images_root.parent
+    inside = None if images_root is None else full.parent.relative_to(images_root).as_posix()
     for resolution in _resolutions(root) if inside is None else [inside]:
-        images, masks = (root / kind / resolution / full.name for kind in (IMAGES, MASKS))
+        images, masks = (root / folder / resolution / full.name for folder in (IMAGES, MASKS))
         if images.is_dir() and masks.is_dir() and (resolution != "." or image_files(images)):
             return images, masks
     return None

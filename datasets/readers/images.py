@@ -4,9 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import ImageFiles, check_frame_numbers, image_files
+from trackmark.datasets.image_files import check_frame_numbers, image_files, recorded_images
 from trackmark.datasets.interface import Sequence
-from trackmark.datasets.recorded import recorded
 
 
 def recognises(path: Path) -> bool:
@@ -18,11 +17,9 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     """Open the folder; without `truth`, its `truth.csv` is read if it exists."""
     files = image_files(path)
     check_frame_numbers(files)
-    return recorded(
+    return recorded_images(
         path.resolve().name,
-        ImageFiles(files),
         files,
         *truth_file.read_given_or_default(truth, path / "truth.csv"),
         truth_missing=truth_file.unread_file_hint(path / "truth.csv"),
-        frame_names=[file.name for file in files],
     )

@@ -32,12 +32,12 @@ from trackmark.datasets.number_files import (
     check_row_count,
     field_fps,
     frames_with_values,
-    numbers,
+    parse_numbers,
     read_fields,
     read_flags,
     read_integers,
     read_rows,
-    words,
+    split_line,
 )
 from trackmark.datasets.recorded import choose, describe_option, recorded
 from trackmark.datasets.spec_string import natural_order
@@ -104,7 +104,7 @@ class RowsReader:
         for pattern in layout.truth:
             for file in [] if names else folder.glob(self._filled(pattern, folder, "*")):
                 match = (name for _, name in _match(pattern, file.absolute()))
-                names.update(self._entries(file) if self._is_shared else match)
+                names.update(self._raw_truth(file) if self._is_shared else match)
         for pattern in layout.images:
             if "FOLDER" not in pattern and (folder / layout.truth[0]).parent.is_dir():
                 names |= {path.name for path in folder.glob(self._filled(pattern, folder, "*"))}
@@ -164,7 +164,7 @@ class RowsReader:
                 # The reader of image folders opens a folder with a `truth.csv`.
                 is_other = (folder / "truth.csv").is_file()
                 is_empty = len(layout.images) > 1 and folder.is_dir() and not image_files(folder)
-                is_listed = not self._is_shared or name in self._entries(source)
+                is_listed = not self._is_shared or name in self._raw_truth(source)
                 if is_listed and not (is_other or is_empty):
                     locations.setdefault(value, _Location(root, name, value, folder, source))
         return locations
@@ -196,15 +196,17 @@ class RowsReader:
 
     def _folder(self, name: str) -> str:
         """Return the folder of the images of a sequence: `bird1` for `bird1_2`."""
-        is_part = self._part(name) is not None or (self._is_shared and not self.layout.parts)
+        is_part = self._image_range(name) is not None or (
+            self._is_shared and not self.layout.image_ranges
+        )
         return name.rpartition("_")[0] if is_part else name
 
-    def _part(self, name: str) -> tuple[int, int] | None:
+    def _image_range(self, name: str) -> tuple[int, int] | None:
         """Return the first and the last image of a part of a folder; None for a whole folder."""
-        folder, _, number = name.rpartition("_")
-        parts = self.layout.parts.get(folder, ())
-        is_number = number.isascii() and number.isdecimal() and len(number) < 3
-        return parts[int(number) - 1] if is_number and 1 <= int(number) <= len(parts) else None
+        folder, _, index = name.rpartition("_")
+        ranges = self.layout.image_ranges.get(folder, ())
+        is_index = index.isascii() and index.isdecimal() and len(index) < 3
+        return ranges[int(index) - 1] if is_index and 1 <= int(index) <= len(ranges) else None
 
     def _images(self, location: _Location, rows: _Rows | None) -> list[Path] | Path:
         """Return the images in order, or the video."""
@@ -220,13 +222,14 @@ class RowsReader:
         check_frame_numbers(files)
         digits = {file: digits_of_name(file, layout.image_names) for file in files}
         by_number = {int(number): file for file, number in digits.items() if number}
-        for number in range(span[0], span[1] + 1):
-            if number not in by_number:
+        for image_number in range(span[0], span[1] + 1):
+            if image_number not in by_number:
                 raise SequenceError(
-                    f"{source}: there is no image {number} in {folder}. Expected: images {span[0]} "
-                    f"to {span[1]} of {location.name}. Add the image, or correct the range."
+                    f"{source}: there is no image {image_number} in {folder}. Expected: images "
+                    f"{span[0]} to {span[1]} of {location.name}. Add the image, "
+                    "or correct the range."
                 )
-        return [by_number[number] for number in range(span[0], span[1] + 1)]
+        return [by_number[image_number] for image_number in range(span[0], span[1] + 1)]
 
     def _range(
         self, location: _Location, rows: _Rows | None
@@ -245,7 +248,7 @@ class RowsReader:
             last = rows.columns.get("last", rows.columns["frame"]).max()
             return location.truth, (int(rows.columns["frame"].min()), int(last))
         is_part = location.images.name != location.name
-        return location.images, self._part(location.name) if is_part else None
+        return location.images, self._image_range(location.name) if is_part else None
 
     def _named_images(self, location: _Location) -> list[Path]:
         """Return the images that a JSON file names, relative to the folder of the data set."""
@@ -291,7 +294,11 @@ class RowsReader:
         """Return boxes from 0, and flags of the rows that state a box or absence."""
         boxes, annotated = rows.boxes, np.ones(len(rows.boxes), np.bool_)
         if self.layout.unit == "image size":
-            boxes = boxes * np.tile(_size(images), 2)
+            if isinstance(images, Path):
+                raise SequenceError(
+                    f"{images}: boxes as shares of the image size need image files."
+                )
+            boxes = boxes * np.tile(size_of_first(images), 2)
         if self.layout.zero == "not annotated":
             annotated = (boxes != 0.0).any(axis=1)
             boxes = np.where(annotated[:, None], boxes, np.nan)
@@ -319,25 +326,25 @@ class RowsReader:
         is_thinned = files and abs(n - step * len(files)) < step
         return lambda values: values[::step][: len(files)] if is_thinned else values
 
-    def _entries(self, source: Path) -> Mapping[str, Any]:
+    def _raw_truth(self, source: Path) -> Mapping[str, Any]:
         """Return the content of a JSON file, or the lines of all sequences in a file by name."""
         status, names = source.stat(), self.layout.columns.split()
         stamp = status.st_size, status.st_mtime_ns
         columns = tuple(index for index, name in enumerate(names) if name == "name")
         is_json = bool(self.layout.json_keys)
-        entries = _read_json(source, stamp) if is_json else _lines_by_name(source, stamp, columns)
-        for name in entries if self._is_shared else ():
+        raw_truth = _read_json(source, stamp) if is_json else _lines_by_name(source, stamp, columns)
+        for name in raw_truth if self._is_shared else ():
             if "\0" in name or Path(name).name != name:
                 raise SequenceError(
                     f"{source}: {quote(name)} is not a name of a sequence. Download the file again."
                 )
-        return entries
+        return raw_truth
 
     def _json_list(self, location: _Location, key: str) -> list[Any]:
         """Return a list of a JSON file."""
-        entry = self._entries(location.truth)
-        entry = entry[location.name] if self._is_shared else entry
-        values = entry.get(key) if isinstance(entry, dict) else None
+        json_object = self._raw_truth(location.truth)
+        json_object = json_object[location.name] if self._is_shared else json_object
+        values = json_object.get(key) if isinstance(json_object, dict) else None
         if not isinstance(values, list):
             raise SequenceError(f"{location.truth}: there is no list {key!r} of {location.name}.")
         return values
@@ -346,7 +353,7 @@ class RowsReader:
         """Return the boxes of a JSON file; an empty list is a frame without a box."""
         keys, rows, columns = self.layout.json_keys, list[Array](), {}
         for frame, row in enumerate(self._json_list(location, keys["boxes"])):
-            values = numbers(
+            values = parse_numbers(
                 " ".join(map(str, row or [np.nan] * 4)) if isinstance(row, list) else ""
             )
             if len(values) not in (4, _POLYGON):
@@ -371,25 +378,25 @@ class RowsReader:
         is_open = columns[-1] == "..."
         columns = columns[: len(columns) - is_open]
         lines = [*enumerate(truth_file.read_text(source).rstrip().splitlines(), 1)]
-        lines = self._entries(source)[location.name] if self._is_shared else lines
+        lines = self._raw_truth(source)[location.name] if self._is_shared else lines
         rows: list[list[float]] = []
-        for number, line in lines:
-            check_line(line, number, source)
-            text = " ".join(line.split()[: len(columns)]) if is_open else line
-            check_form(text, number, source)
-            row = _values(words(text), columns)
+        for line_number, line in lines:
+            check_line(line, line_number, source)
+            row_text = " ".join(line.split()[: len(columns)]) if is_open else line
+            check_form(row_text, line_number, source)
+            row = _values(split_line(row_text), columns)
             if not row:
-                kind = "box" if columns == [*BOX] else f"row of {self.layout.title}"
+                row_name = "box" if columns == [*BOX] else f"row of {self.layout.title}"
                 raise SequenceError(
-                    f"{source}: line {number}: {quote(line.strip())} is not a {kind}. Expected: "
-                    f"{self.layout.columns}."
+                    f"{source}: line {line_number}: {quote(line.strip())} is not a {row_name}. "
+                    f"Expected: {self.layout.columns}."
                 )
             rows.append(row)
         if not rows:
             raise SequenceError(f"{source}: there are no rows. Expected: one row per frame.")
         names = [name for name in columns if name not in _TEXTS]
         table = dict(zip(names, np.array(rows).T, strict=True))
-        return _Rows(_as_rows(table), table, [number for number, _ in lines])
+        return _Rows(_as_rows(table), table, [line_number for line_number, _ in lines])
 
 
 def _candidates(full: Path, images: str, truth: str, value: str) -> Iterator[tuple[Path, str]]:
@@ -399,10 +406,10 @@ def _candidates(full: Path, images: str, truth: str, value: str) -> Iterator[tup
     folder of images, it can also be the file of the ground truth.
     """
     yield full.parent, full.name
-    parts = images.split("/")
-    for n in range(1, len(parts) + 1):
-        pattern = "/".join(parts[:n])
-        if parts[n - 1] in ("NAME", "FOLDER", "OPTION") and pattern != "NAME":
+    path_words = images.split("/")
+    for n in range(1, len(path_words) + 1):
+        pattern = "/".join(path_words[:n])
+        if path_words[n - 1] in ("NAME", "FOLDER", "OPTION") and pattern != "NAME":
             yield from _match(pattern.replace("OPTION", value), full)
     if "FOLDER" in images and "NAME" in truth:
         yield from _match(truth, full)
@@ -410,16 +417,16 @@ def _candidates(full: Path, images: str, truth: str, value: str) -> Iterator[tup
 
 def _match(pattern: str, full: Path) -> Iterator[tuple[Path, str]]:
     """Yield the folder and the name with which a pattern gives a path, if there are any."""
-    parts = pattern.replace("FOLDER", "NAME").split("/")
+    name_patterns = pattern.replace("FOLDER", "NAME").split("/")
     names = set()
-    for part, actual in zip(parts, full.parts[-len(parts) :], strict=False):
-        before, _, after = part.partition("NAME")
-        if "NAME" in part and actual.startswith(before) and actual.endswith(after):
+    for name_pattern, actual in zip(name_patterns, full.parts[-len(name_patterns) :], strict=False):
+        before, _, after = name_pattern.partition("NAME")
+        if "NAME" in name_pattern and actual.startswith(before) and actual.endswith(after):
             names.add(actual[len(before) : len(actual) - len(after)])
-        elif "NAME" in part or not fnmatchcase(actual, part):
+        elif "NAME" in name_pattern or not fnmatchcase(actual, name_pattern):
             return
-    if len(names) == 1 and "" not in names and len(full.parts) > len(parts):
-        yield full.parents[len(parts) - 1], names.pop()
+    if len(names) == 1 and "" not in names and len(full.parts) > len(name_patterns):
+        yield full.parents[len(name_patterns) - 1], names.pop()
 
 
 def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any) -> Sequence:
@@ -431,13 +438,6 @@ def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any)
 
     frames = VideoFrames(images)
     return recorded(name, frames, [images], *truth, **{**options, "fps": frames.fps})
-
-
-def _size(images: list[Path] | Path) -> tuple[int, int]:
-    """Return width and height of the images."""
-    if isinstance(images, Path):
-        raise SequenceError(f"{images}: boxes as shares of the image size need image files.")
-    return size_of_first(images)
 
 
 def _spread(values: NDArray[Any], frames: NDArray[np.int64]) -> NDArray[Any]:
@@ -455,7 +455,7 @@ def _values(cells: list[str], columns: list[str]) -> list[float]:
     row: list[float] = []
     for cell, column in zip(cells, columns, strict=True):
         if column not in _TEXTS:
-            value = numbers(cell) if column in _NUMBERS else [_FLAG_WORDS.get(cell, np.nan)]
+            value = parse_numbers(cell) if column in _NUMBERS else [_FLAG_WORDS.get(cell, np.nan)]
             if len(value) != 1 or (column not in _NUMBERS and np.isnan(value[0])):
                 return []
             row += value
@@ -481,23 +481,23 @@ def _around(points: Array) -> Array:
     return np.column_stack([low, high - low])
 
 
-def _check_frames(rows: _Rows, source: Path, kind: str, first: int) -> None:
+def _check_frames(rows: _Rows, source: Path, spacing: str, first: int) -> None:
     """Check that the frame numbers increase, and have no gap if they are not sparse.
 
     Raises `SequenceError` naming the line.
     """
     frames, remedy = rows.columns["frame"], "Add the missing row, or download the file again."
     steps = np.diff(frames)
-    usual_step = steps.min(initial=MAX_FRAMES) if kind == "regular" and len(steps) else 1.0
+    usual_step = steps.min(initial=MAX_FRAMES) if spacing == "regular" and len(steps) else 1.0
     for line, frame, step in zip(rows.lines[1:], frames[1:], steps, strict=True):
-        if step <= 0.0 or (kind != "sparse" and step != usual_step):
+        if step <= 0.0 or (spacing != "sparse" and step != usual_step):
             raise SequenceError(
                 f"{source}: line {line}: frame {frame:g} follows frame {frame - step:g}, but other "
                 f"rows are {usual_step:g} apart. {remedy}"
             )
-    last_start = {"consecutive": first, "regular": max(usual_step - 1, 1)}.get(kind, MAX_FRAMES)
+    last_start = {"consecutive": first, "regular": max(usual_step - 1, 1)}.get(spacing, MAX_FRAMES)
     is_number = (frames % 1 == 0).all() and frames[-1] < MAX_FRAMES
-    if not (is_number and (0 if kind == "regular" else first) <= frames[0] <= last_start):
+    if not (is_number and (0 if spacing == "regular" else first) <= frames[0] <= last_start):
         raise SequenceError(
             f"{source}: line {rows.lines[0]}: frame {frames[0]:g} is the first. Expected: whole "
             f"numbers from {first}. {remedy}"
@@ -508,12 +508,12 @@ def _check_frames(rows: _Rows, source: Path, kind: str, first: int) -> None:
 def _read_json(source: Path, stamp: tuple[int, int]) -> Mapping[str, Any]:
     """Read a JSON object; `stamp` is size and modification time, by which changes are noticed."""
     try:
-        content = json.loads(truth_file.read_text(source))
+        json_object = json.loads(truth_file.read_text(source))
     except (json.JSONDecodeError, RecursionError) as error:
         raise SequenceError(f"{source}: {error}. Download the file again.") from None
-    if not isinstance(content, dict):
+    if not isinstance(json_object, dict):
         raise SequenceError(f"{source}: this is not a JSON object. Download the file again.")
-    return content
+    return json_object
 
 
 @lru_cache(maxsize=4)
@@ -522,8 +522,8 @@ def _lines_by_name(
 ) -> Mapping[str, list[_Line]]:
     """Return the lines of each sequence, whose name is in these columns, joined by `_`."""
     lines: dict[str, list[_Line]] = {}
-    for number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
-        cells = words(line)
+    for line_number, line in enumerate(truth_file.read_text(source).rstrip().splitlines(), 1):
+        cells = split_line(line)
         name = "_".join(cells[column] for column in columns if column < len(cells))
-        lines.setdefault(name, []).append((number, line))
+        lines.setdefault(name, []).append((line_number, line))
     return lines

@@ -40,11 +40,11 @@ from trackmark.datasets.number_files import (
     field_fps,
     field_path,
     frames_with_values,
-    numbers,
+    parse_numbers,
     read_fields,
     read_flags,
     read_rows,
-    words,
+    split_line,
 )
 from trackmark.datasets.recorded import choose, describe_option
 from trackmark.datasets.shapes import EncodedMask, Shapes
@@ -179,7 +179,7 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
 
 def _parse_row(line: str) -> list[float]:
     """Return the numbers of a box or polygon, or a code; an empty list for a row of NaN."""
-    row = numbers(line)
+    row = parse_numbers(line)
     unknown = np.isnan(row)
     if (unknown.any() and len(row) in (1, 4)) or (len(row) and unknown.all()):
         return []
@@ -202,7 +202,7 @@ def _box(row: list[float]) -> list[float]:
 
 def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
     """Return the mask of a row; it must lie inside an image of this size."""
-    values = words(row)
+    values = split_line(row)
     if len(values) < 5 or not all(
         word.isascii() and word.isdecimal() and len(word) < 10 for word in values
     ):

@@ -266,7 +266,9 @@ def test_unknown_codec_is_refused_with_a_remedy(tmp_path, write_video):
 
 def test_video_with_too_many_pixels_is_not_decoded(tmp_path, write_video, monkeypatch):
     path = write_video(tmp_path / "clip.mp4", n=3)
-    assert VideoFrames(path, max_pixels=128 * 64)[0].shape == (64, 96, 3)
+    monkeypatch.setenv("TRACKMARK_MOST_PIXELS", str(128 * 64))
+    assert VideoFrames(path)[0].shape == (64, 96, 3)
+    monkeypatch.setenv("TRACKMARK_MOST_PIXELS", "6143")
     monkeypatch.setattr(VideoFrames, "_decode", lambda *args: pytest.fail("decoded"))
     with pytest.raises(SequenceError, match=r"clip\.mp4: .* 96x64 pixels; the maximum is 6143"):
-        VideoFrames(path, max_pixels=6143)
+        VideoFrames(path)

@@ -108,7 +108,7 @@ def test_region_counts_equal_numpy_for_any_number_of_sharers(image, place, n, n_
     voted = scheme.votes[scheme.codes(image)]
     expected = np.zeros((n_parts, n, len(bins)), int)
     for part, i in np.ndindex(n_parts, n):
-        left, top, right, bottom = regions.parts[part, i]
+        left, top, right, bottom = regions.bounds[part, i]
         inside = voted[top:bottom, left:right].ravel()
         expected[part, i] = np.bincount(inside, minlength=N_BINS)[bins]
         assert regions.pixels[part, i] == (right - left) * (bottom - top)
@@ -145,7 +145,7 @@ def test_pixel_regions_are_rounded_and_clipped_rectangles(x, y, area, aspect, n_
     assert regions.pixels.shape == (n_parts, 1)
     if pixels < 16 or 4 * pixels < len(columns) * len(rows):
         assert not regions.pixels.any()
-        assert not regions.parts.any()
+        assert not regions.bounds.any()
         return
     assert regions.pixels.sum() == pixels
     whole = [seen_columns[0], seen_rows[0], seen_columns[-1] + 1, seen_rows[-1] + 1]
@@ -153,7 +153,7 @@ def test_pixel_regions_are_rounded_and_clipped_rectangles(x, y, area, aspect, n_
     edges = [whole[1], (whole[1] + whole[3]) // 2, whole[3]] if n_parts == 2 else whole[1::2]
     for part in range(n_parts):
         expected = [whole[0], edges[part], whole[2], edges[part + 1]]
-        assert regions.parts[part, 0].tolist() == expected
+        assert regions.bounds[part, 0].tolist() == expected
 
 
 def test_state_of_nan_has_no_pixels():

@@ -358,8 +358,8 @@ def _load(name: str) -> tuple[type[TrackerPlugin], Path]:
 
 
 @cache
-def _import(name: str, path: str, content: bytes) -> tuple[type[TrackerPlugin], Path]:
-    """Return class and file of a tracker; see `_load`. `path` and `content`: keys of the cache."""
+def _import(name: str, path: str, source: bytes) -> tuple[type[TrackerPlugin], Path]:
+    """Return class and file of a tracker; see `_load`. `path` and `source`: keys of the cache."""
     try:
         file_and_class = in_file(name)
         if file_and_class is not None:

@@ -66,7 +66,7 @@ def read_box(box: Any, no_target: bool = False) -> Optional[List[float]]:
     if isinstance(values, np.ndarray) and values.shape == (4,) and values.dtype.kind in "fiuO":
         values = values.tolist()
     is_list = isinstance(values, (list, tuple)) and len(values) == 4
-    numbers_or_none = [_number(value) for value in values] if is_list else [None]
+    numbers_or_none = [_real_number(value) for value in values] if is_list else [None]
     if None in numbers_or_none:
         raise MalformedEstimateError(
             f"the box is {value_text(box)}. Expected: four numbers [x, y, width, height] as an "
@@ -96,10 +96,10 @@ def value_text(value: Any) -> str:
         if isinstance(array, np.ndarray) and array.shape != (4,):
             return f"an array of shape {array.shape} and type {array.dtype}"
     try:
-        text = " ".join(repr(value).split())
+        line = " ".join(repr(value).split())
     except Exception:  # code of the tracker
-        text = f"an object of type {type(value).__name__}"
-    return text if len(text) <= _MAX_TEXT else text[: _MAX_TEXT - 3] + "..."
+        line = f"an object of type {type(value).__name__}"
+    return line if len(line) <= _MAX_TEXT else line[: _MAX_TEXT - 3] + "..."
 
 
 def _fields(returned: Any) -> Dict[str, Any]:
@@ -120,7 +120,7 @@ def _fields(returned: Any) -> Dict[str, Any]:
             "trackers return it. Return the box, or (box, confidence); return None if the target "
             "is lost"
         )
-    if not is_array and _number(first) is not None:
+    if not is_array and _real_number(first) is not None:
         raise MalformedEstimateError(
             f"update returned {value_text(returned)}. Expected: (box, confidence), in this order"
         )
@@ -155,8 +155,8 @@ def _read_visible(visible: Any) -> bool:
     """Return a truth value; the numbers 0 and 1 are truth values, too."""
     if visible is True or _is_truth(visible):
         return bool(visible)
-    if _number(visible) in (0.0, 1.0):
-        return _number(visible) == 1.0
+    if _real_number(visible) in (0.0, 1.0):
+        return _real_number(visible) == 1.0
     raise MalformedEstimateError(
         f"visible is {value_text(visible)}. Expected: true or false (bool)"
     )
@@ -171,14 +171,14 @@ def _is_truth(value: Any) -> bool:
 
 
 def _read_confidence(confidence: Any) -> float:
-    number = _number(confidence)
-    if number is None:
+    value = _real_number(confidence)
+    if value is None:
         raise MalformedEstimateError(
             f"the confidence is {value_text(confidence)}. Expected: a number in [0, 1], or NaN"
         )
-    if not (0.0 <= number <= 1.0 or math.isnan(number)):
-        raise MalformedEstimateError(f"the confidence {number} is not in [0, 1] or NaN")
-    return number
+    if not (0.0 <= value <= 1.0 or math.isnan(value)):
+        raise MalformedEstimateError(f"the confidence {value} is not in [0, 1] or NaN")
+    return value
 
 
 def _read_mask(mask: Any, shape: Tuple[int, ...]) -> Any:
@@ -202,19 +202,19 @@ def _read_details(details: Any) -> Dict[str, float]:
         )
     values = {}
     for name, value in details.items():
-        number = math.nan if value is None else _number(value)
+        detail = math.nan if value is None else _real_number(value)
         if _is_truth(value):
-            number = float(value)
-        if number is None or not isinstance(name, str):
+            detail = float(value)
+        if detail is None or not isinstance(name, str):
             raise MalformedEstimateError(
                 f"details[{value_text(name)}] is {value_text(value)}. Expected: a number by its "
                 "name; details are numbers"
             )
-        values[name] = number
+        values[name] = detail
     return values
 
 
-def _number(value: Any) -> Optional[float]:
+def _real_number(value: Any) -> Optional[float]:
     """Return a real number, also of NumPy or of another library, as a float; None otherwise."""
     if type(value) is float:
         return value

@@ -207,7 +207,7 @@ class _OpenCV(_Reseeded):
 
     def __init__(self, seed: int) -> None:
         super().__init__(seed)
-        self._number = np.zeros((1, 1), np.int32)
+        self._drawn = np.zeros((1, 1), np.int32)
 
     def seed(self, seed: Any) -> None:
         cv2 = sys.modules.get("cv2")  # type: Any
@@ -218,8 +218,8 @@ class _OpenCV(_Reseeded):
         cv2 = sys.modules.get("cv2")  # type: Any
         if not hasattr(cv2, "setRNGSeed"):
             return None
-        cv2.randu(self._number, -(1 << 31), 1 << 31)
-        return self._number.item()
+        cv2.randu(self._drawn, -(1 << 31), 1 << 31)
+        return self._drawn.item()
 
 
 try:

@@ -168,8 +168,8 @@ class ModelFile(BaseModel):
         if not isinstance(value, str | Path):
             return value
         try:
-            with Path(value).expanduser().open("rb") as content:
-                digest = hashlib.file_digest(content, "sha256").hexdigest()
+            with Path(value).expanduser().open("rb") as model_file:
+                digest = hashlib.file_digest(model_file, "sha256").hexdigest()
         except (OSError, ValueError) as error:  # ValueError: a null byte in the name
             reason = getattr(error, "strerror", None) or str(error)
             raise ValueError(f"the file cannot be read ({reason})") from None

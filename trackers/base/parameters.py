@@ -18,17 +18,17 @@ def closest_match(name: str, valid_names: Iterable[str]) -> str:
     'opencv-kcf'
     """
     names = sorted(valid_names)
-    parts = [other for other in names if name.lower() in other.split("-")]
-    close = parts if len(parts) == 1 else get_close_matches(name, names, n=1)
+    containing = [other for other in names if name.lower() in other.split("-")]
+    close = containing if len(containing) == 1 else get_close_matches(name, names, n=1)
     return close[0] if close else ""
 
 
-def unknown_name_error(kind: str, name: str, valid_names: Iterable[str]) -> TrackerError:
+def unknown_name_error(noun: str, name: str, valid_names: Iterable[str]) -> TrackerError:
     """Return the error for an unknown name, with the closest match or else all valid names."""
     names = sorted(valid_names)
     close = closest_match(name, names)
     hint = f"Did you mean {close!r}?" if close else f"Known: {', '.join(names) or 'none'}."
-    return TrackerError(f"unknown {kind} {name!r}. {hint}")
+    return TrackerError(f"unknown {noun} {name!r}. {hint}")
 
 
 OPTION = "option"

@@ -40,14 +40,14 @@ def check_methods(tracker: Any) -> None:
 
 def tracker_class(module: Any, name: str) -> Any:
     """Return a class of a module; `name` can be empty if it defines only one tracker."""
-    kind = getattr(module, name or _only_tracker(module), None)
-    if not isinstance(kind, type):
+    tracker_type = getattr(module, name or _only_tracker(module), None)
+    if not isinstance(tracker_type, type):
         classes = [key for key, value in vars(module).items() if isinstance(value, type)]
         close = get_close_matches(name, classes, n=1)
         class_names = ", ".join(classes) or "none"
         hint = f"Did you mean {close[0]!r}?" if close else f"Known: {class_names}."
         raise ValueError(f"the file has no class {name!r}. {hint}")  # noqa: TRY004  # as all errors of this module
-    return kind
+    return tracker_type
 
 
 def _only_tracker(module: Any) -> Any:
@@ -95,12 +95,12 @@ def describe(make: Any) -> Dict[str, Any]:
     }
 
 
-def declared_images(kind: Any) -> str:
+def declared_images(make: Any) -> str:
     """Return the class attribute `images`; raise `ValueError` for an unknown text.
 
     An attribute of another type than text has another meaning, and is ignored.
     """
-    images = getattr(kind, "images", IMAGES[0])
+    images = getattr(make, "images", IMAGES[0])
     if not isinstance(images, str):
         return IMAGES[0]
     if images not in IMAGES:
@@ -110,9 +110,9 @@ def declared_images(kind: Any) -> str:
     return str(images)
 
 
-def _bound(kind: Any, name: str) -> Any:
+def _bound(tracker_type: Any, name: str) -> Any:
     """Return a method of a class as its objects have it: without `self`."""
-    method, stored = getattr(kind, name), inspect.getattr_static(kind, name)
+    method, stored = getattr(tracker_type, name), inspect.getattr_static(tracker_type, name)
     is_function = hasattr(type(stored), "__get__")  # otherwise, a callable object
     takes_self = is_function and not isinstance(stored, (staticmethod, classmethod))
     return partial(method, None) if takes_self else method

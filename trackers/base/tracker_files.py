@@ -66,10 +66,10 @@ def load_file(file: Path, class_name: str) -> tuple[type[TrackerPlugin], Path]:
     finally:
         sys.argv = arguments
     try:
-        kind = tracker_class(module, class_name)
+        loaded_class = tracker_class(module, class_name)
     except ValueError as error:
         raise TrackerError(f"{file}: {error}") from None
-    return validate_plugin(kind, f"{file.name}:{kind.__name__}"), file.resolve()
+    return validate_plugin(loaded_class, f"{file.name}:{loaded_class.__name__}"), file.resolve()
 
 
 def _error_text(error: BaseException, file: str) -> str:

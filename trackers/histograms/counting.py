@@ -44,7 +44,7 @@ def count_regions(frame: SharedFrame, regions: Regions, colours: LuvBins, bins: 
     alone = _CODE * window + min(direct, integral)
     height, width = frame.image.shape[:2]
     left, top = regions.left, regions.top
-    flat = regions.parts.reshape(-1, 4)
+    flat = regions.bounds.reshape(-1, 4)
     shared = (_CODE + _INTEGRAL * _BINS_OF_A_FRAME) * height * width / frame.sharers
     if shared < alone:
         counts = integral_counts(*frame.compute(_integral_histogram, colours), flat, bins)

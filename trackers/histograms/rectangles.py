@@ -24,7 +24,7 @@ class Regions(NamedTuple):
     exclusive. All bounds are 0 for a rectangle that is mostly outside the image.
     """
 
-    parts: Ints  # (parts, n, 4): bounds
+    bounds: Ints  # (parts, n, 4)
     pixels: Ints  # (parts, n): number of pixels
     left: int
     top: int
@@ -49,7 +49,7 @@ def pixel_regions(
     the image is below `least_share` or `least_pixels`.
     """
     n = len(states)
-    parts = np.zeros((n_parts, n, 4), np.int64)
+    bounds = np.zeros((n_parts, n, 4), np.int64)
     pixels = np.zeros((n_parts, n), np.int64)
     window_left, window_top, window_right, window_bottom = image_width, image_height, 0, 0
     for i in range(n):
@@ -69,13 +69,13 @@ def pixel_regions(
         for part_index in range(n_parts):
             begin = start + part_index * (stop - start) // n_parts
             end = start + (part_index + 1) * (stop - start) // n_parts
-            parts[part_index, i, 0], parts[part_index, i, 1] = first, begin
-            parts[part_index, i, 2], parts[part_index, i, 3] = last, end
+            bounds[part_index, i, 0], bounds[part_index, i, 1] = first, begin
+            bounds[part_index, i, 2], bounds[part_index, i, 3] = last, end
             pixels[part_index, i] = (last - first) * (end - begin)
         window_left, window_right = min(window_left, first), max(window_right, last)
         window_top, window_bottom = min(window_top, start), max(window_bottom, stop)
     return Regions(
-        parts,
+        bounds,
         pixels,
         window_left,
         window_top,

@@ -36,7 +36,7 @@ class _Histograms:
         states = np.array([x + width / 2, y + height / 2, width * height]) + noise
         size = image.shape[1], image.shape[0], MIN_SHARE, MIN_PIXELS
         regions = pixel_regions(states, width / height, self._n_parts, *size)
-        self._regions = regions.parts.reshape(-1, 4).tolist()
+        self._regions = regions.bounds.reshape(-1, 4).tolist()
 
     def update(self, image: Image) -> None:
         codes, n_codes = self._colours.codes(image), len(self._colours.votes)

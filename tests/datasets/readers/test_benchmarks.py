@@ -310,8 +310,8 @@ class TestMot:
 
 
 class TestUav123:
-    def test_part_of_a_folder_has_the_images_listed_in_parts(self, tmp_path, write_images):
-        first, last = table()["uav123"].parts["car8"][1]
+    def test_part_of_a_folder_has_the_images_listed_in_ranges(self, tmp_path, write_images):
+        first, last = table()["uav123"].image_ranges["car8"][1]
         folder = tmp_path / "data_seq/UAV123/car8"
         write_images(folder, [f"{first + i:06}.jpg" for i in range(3)], (16, 12))
         (tmp_path / "anno/UAV123").mkdir(parents=True)
