@@ -287,12 +287,12 @@ class ReportPage:
         online, values = self.tables.get("sequences"), table.records
         if table.name != "sequences-revised" or online is None or not table.rows:
             return table
-        known = {tuple(cell.text for cell in row) for row in online.rows}
-        is_new = [tuple(cell.text for cell in row) not in known for row in table.rows]
+        online_rows = {tuple(cell.text for cell in row) for row in online.rows}
+        is_new = [tuple(cell.text for cell in row) not in online_rows for row in table.rows]
         if len(values) % len(is_new):
             return table
-        kept = values[np.repeat(is_new, len(values) // len(is_new))]
-        return replace(table, rows=[*compress(table.rows, is_new)], records=kept)
+        records = values[np.repeat(is_new, len(values) // len(is_new))]
+        return replace(table, rows=[*compress(table.rows, is_new)], records=records)
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""

@@ -192,8 +192,8 @@ def test_lost_runs_show_each_tracker_first():
     ]
     title, text = lost_runs(SimpleNamespace(sequences=sequences, labels=[*"abcd"]))
     assert title == "Lost and failed runs: of 8 runs, 8 lost the target"
-    shown = re.findall(r"<b>(\w)</b> on (\w)", text)
-    assert shown == [("a", "s"), ("b", "t"), ("d", "s"), ("c", "t"), ("b", "s"), ("a", "t")]
+    pairs = re.findall(r"<b>(\w)</b> on (\w)", text)
+    assert pairs == [("a", "s"), ("b", "t"), ("d", "s"), ("c", "t"), ("b", "s"), ("a", "t")]
 
 
 def hostile(value):
