@@ -20,7 +20,10 @@ MAX_LINE = 1000
 """Maximum length of a printed line of a message [characters]."""
 
 COMMAND = "  trackmark "
-"""Start of a line with a command to copy, which is neither wrapped nor shortened."""
+"""Start of a line with a command to copy."""
+
+_COMMAND_LINE = re.compile(r" {2,}(?:\S*/)?trackmark |.* -m trackmark ")
+"""Start of a line that is neither wrapped nor shortened."""
 
 _COLOURED = re.compile(
     r"""
@@ -171,7 +174,7 @@ def _shortened(message: str) -> str:
     """Return a message with the middle of overlong lines removed."""
     return "".join(
         line
-        if len(line) <= MAX_LINE or line.startswith(COMMAND)
+        if len(line) <= MAX_LINE or _COMMAND_LINE.match(line)
         else f"{line[: MAX_LINE - 300]} … {line[-200:]}"
         for line in printable(message).splitlines(keepends=True)
     )
@@ -180,7 +183,7 @@ def _shortened(message: str) -> str:
 def _in_columns(message: str) -> str:
     """Return a message in lines of the terminal's width."""
     return "\n".join(
-        line if line.startswith(COMMAND) else wrap(line, sys.stderr)
+        line if _COMMAND_LINE.match(line) else wrap(line, sys.stderr)
         for line in _shortened(message).split("\n")
     )
 

@@ -1,6 +1,7 @@
 """Show what trackmark does: run seven trackers and write a page."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -63,11 +64,20 @@ def command(output: Path, jobs: int | None) -> int:
         page = ReportPage(runs, report_tables)
         page.write(path, runs.title, progress)
         write_figures(page, folder, runs.title, ".png", print_message)
-    program = os.path.relpath(sys.argv[0])
-    click.echo(f"\nReport  {path}  (open it in a browser; tables and plots are in the same folder)")
+    program = _program()
+    click.echo(f"\nReport  {path}  (open it in a browser; tables are next to it)")
     print_hint(
         "Next    try your own tracker or video, as README.md shows:\n"
         f"        {program} run --trackers matcher.py,camshift --sequences 'samples/*'\n"
         f"        {program} annotate cup.mp4 --draw"
     )
     return 0
+
+
+def _program() -> str:
+    """Return how this command was started, for commands to copy."""
+    if Path(sys.argv[0]).name == "__main__.py":
+        return "python -m trackmark"
+    on_path = shutil.which("trackmark")
+    is_on_path = on_path is not None and os.path.realpath(on_path) == os.path.realpath(sys.argv[0])
+    return "trackmark" if is_on_path else os.path.relpath(sys.argv[0])

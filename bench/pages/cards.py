@@ -335,15 +335,17 @@ def lost_runs(runs: PageRuns) -> tuple[str, Markup] | None:
     worst = dict[tuple[int, int], PlayerRun]()  # by tracker and sequence
     for _, index, run in sorted(selected, key=itemgetter(0), reverse=True):
         worst.setdefault((run.tracker, index), run)
-    n_before, ordered = Counter[str](), []
-    for (tracker, index), run in worst.items():
+    n_before, ordered = Counter[str](), list[tuple[int, PlayerRun]]()
+    while worst and len(ordered) < _MAX_FRAMES:
         # One run of each tracker first, if possible each on another sequence.
-        groups = f"tracker {tracker}", f"sequence {index}"
-        ordered.append((max(n_before[group] for group in groups), index, run))
-        n_before.update(groups)
-    ordered.sort(key=itemgetter(0))
+        tracker, index = min(
+            worst,
+            key=lambda pair: (n_before[f"tracker {pair[0]}"], n_before[f"sequence {pair[1]}"]),
+        )
+        n_before.update([f"tracker {tracker}", f"sequence {index}"])
+        ordered.append((index, worst.pop((tracker, index))))
     losses = []
-    for _, index, run in ordered[:_MAX_FRAMES]:
+    for index, run in ordered:
         frame = run.worst_frame
         failure = textwrap.shorten(run.failure.partition("\n")[0], _MAX_REASON, placeholder=" …")
         losses.append(

@@ -6,9 +6,11 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
+from itertools import compress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
 import pandas as pd
 from markupsafe import Markup
 
@@ -166,7 +168,8 @@ class ReportPage:
     def _sections(self) -> Iterator[PageSection]:
         """Yield the sections in the order of the page."""
         runs, summary = self.runs, self.summary
-        linked_tables = {name: self._with_positions(table) for name, table in self.tables.items()}
+        tables = {name: self._without_repetition(table) for name, table in self.tables.items()}
+        linked_tables = {name: self._with_positions(table) for name, table in tables.items()}
         half = 6 if len(runs.trackers) <= CROWDED else 12
         if summary is not None and runs.sequences:
             _, measured = with_times(self.scored, self.stored_runs.timed)
@@ -200,7 +203,7 @@ class ReportPage:
             title, losses = lost
             caption = (
                 "Lost: the centre is outside the ground-truth box for ten visible frames in a row. "
-                "At most six runs are shown, first the worst of each tracker."
+                "At most six runs are shown, first one of each tracker."
             )
             options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
             yield PageSection("lost", title, [losses], **options)
@@ -275,6 +278,21 @@ class ReportPage:
             notes=[f"{left} more are listed by `trackmark results failures`."] * (left > 0),
         )
         return [PageTable(table, positions[:_MAX_FAILURES])]
+
+    def _without_repetition(self, table: Table) -> Table:
+        """Return the table; of revised boxes of sequences, only rows that are not of online boxes.
+
+        The other rows are those of trackers that revise no boxes.
+        """
+        online, values = self.tables.get("sequences"), table.records
+        if table.name != "sequences-revised" or online is None or not table.rows:
+            return table
+        online_rows = {tuple(cell.text for cell in row) for row in online.rows}
+        is_new = [tuple(cell.text for cell in row) not in online_rows for row in table.rows]
+        if len(values) % len(is_new):
+            return table
+        records = values[np.repeat(is_new, len(values) // len(is_new))]
+        return replace(table, rows=[*compress(table.rows, is_new)], records=records)
 
     def _with_positions(self, table: Table) -> PageTable:
         """Return a table of scores that opens worst frames."""

@@ -156,9 +156,6 @@ function drawCurve() {
   for (const tick of ticksOf(0, sequence.n_frames - 1)) if (Number.isInteger(tick)) curvePen.fillText(String(tick), x(tick), height - 3);
   curvePen.fillStyle = ink("--accent");
   for (const number of sequence.frame_numbers || []) curvePen.fillRect(x(number - 0.5), foot, Math.max(1, x(1) - x(0)), 3);
-  curvePen.textAlign = "start";
-  curvePen.fillStyle = ink("--faint");
-  curvePen.fillText(kind === "error" ? "centre error [px]" : "overlap", PLOT.left + 4, foot - 4);
   for (const run of drawnRuns()) {
     curvePen.strokeStyle = curvePen.fillStyle = colourOf(run.tracker);
     curvePen.lineWidth = run.tracker === focus() ? 2.2 : 1.3;
@@ -176,6 +173,10 @@ function drawCurve() {
       curvePen.fillRect(x(mark) - 0.5, PLOT.top, 1, foot - PLOT.top);
     }
   }
+  const name = [kind === "error" ? "centre error [px]" : "overlap", PLOT.left + 4, foot - 4];
+  [curvePen.textAlign, curvePen.fillStyle, curvePen.strokeStyle, curvePen.lineWidth] = ["start", ink("--faint"), ink("--paper"), 4];
+  curvePen.strokeText(...name);  // curves do not cross the name
+  curvePen.fillText(...name);
   lanes.forEach((run, number) => drawLane(run, x, foot + 6 + number * PLOT.lane, ink));
 }
 

@@ -133,7 +133,7 @@ def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
     pictures = [cv2.imread(str(path)) for path in folder.glob("*.png")]
     assert len(pictures) == 12  # four charts and a film strip per sequence
     assert all(picture is not None for picture in pictures)
-    assert (folder / "times.csv").is_file()
+    assert (folder / "sequences.csv").is_file()
 
 
 def test_tracker_without_library_is_described_with_remedy(monkeypatch):

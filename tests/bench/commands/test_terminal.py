@@ -68,6 +68,16 @@ def test_long_message_is_wrapped_in_a_terminal_only(terminal, monkeypatch):
     assert " ".join(lines).split() == f"trackmark: {message}".split()
 
 
+@pytest.mark.parametrize("program", ["trackmark", "../.venv/bin/trackmark", "python -m trackmark"])
+def test_command_to_copy_is_not_wrapped(program, monkeypatch):
+    screen = Screen(terminal=True)
+    monkeypatch.setattr(sys, "stderr", screen)
+    line = f"        {program} run --sequences " + " ".join(f"samples/{i}" for i in range(40))
+    with safe_streams():
+        click.echo(line, err=True)
+    assert screen.getvalue() == line + "\n"
+
+
 @pytest.mark.parametrize("command", [("list",), ("describe", "camshift"), ("doctor",)])
 def test_listed_texts_fit_a_terminal(trackmark, command):
     lines = trackmark(*command).stdout.splitlines()

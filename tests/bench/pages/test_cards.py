@@ -3,11 +3,13 @@
 import re
 from dataclasses import replace
 from math import nan
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from trackmark.bench.pages.content import PlayerSequence
+from trackmark.bench.pages.cards import lost_runs
+from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page import card
 from trackmark.reports.charts import Chart, Line, PlayerPosition
 
@@ -170,6 +172,28 @@ def test_card_has_its_values_and_links(name, values, parts):
     text = re.sub(r'<svg class="dot.*?</svg>', "*", text)
     for part in parts:
         assert part in text
+
+
+def lost_run(tracker, mean_overlap):
+    return PlayerRun(
+        tracker=tracker, repetition=0, boxes=np.ones((9, 4)), revised=None, failure="",
+        is_ellipse=False, shapes={}, maps={}, overlaps=np.zeros(9, np.float32), shares={},
+        worst={("overlap", "online"): (-mean_overlap, 3), ("loss", "online"): (-3.0, 3)},
+    )  # fmt: skip
+
+
+def test_lost_runs_show_each_tracker_first():
+    overlaps = {"s": [0.01, 0.02, 0.5, 0.3], "t": [0.03, 0.04, 0.4, 0.6]}  # by tracker
+    sequences = [
+        PlayerSequence(
+            name, (4, 3), np.ones((9, 4)), [lost_run(*pair) for pair in enumerate(means)]
+        )
+        for name, means in overlaps.items()
+    ]
+    title, text = lost_runs(SimpleNamespace(sequences=sequences, labels=[*"abcd"]))
+    assert title == "Lost and failed runs: of 8 runs, 8 lost the target"
+    pairs = re.findall(r"<b>(\w)</b> on (\w)", text)
+    assert pairs == [("a", "s"), ("b", "t"), ("d", "s"), ("c", "t"), ("b", "s"), ("a", "t")]
 
 
 def hostile(value):
