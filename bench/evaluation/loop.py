@@ -229,6 +229,8 @@ class _SequencePass:
                     first = view.first_frame
                     stop = len(view) if n_frames is None else first + n_frames
                     self._start(first, int(n_done))
+                    # An initialisation can take as long as its limit, and so can the next update.
+                    self._observer.on_frame(self._frame_numbers[first], int(n_done + share))
                     for frame in range(first + 1, stop):
                         if not to_the_end and all(recorder.failure for recorder in self._active):
                             break

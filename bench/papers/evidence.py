@@ -92,7 +92,7 @@ def _kept_shares(claim_cases: list[Case], measure: Measure, context: Context) ->
     """Return which share of the runs of a scene, or of the members of a set, keeps the target."""
     kept_measure = context.paper.kept_measure
     if measure.kept_measure:
-        kept_measure = replace(measure, function=measure.kept_measure)
+        kept_measure = replace(measure, function=measure.kept_measure, averaged=False)
     n_kept = _values(claim_cases, kept_measure, context)
     n_members = {case.sequence.name: len(case.sequence.members) for case in claim_cases}
     return n_kept.assign(value=n_kept["value"] / n_kept["sequence"].map(n_members))

@@ -5,6 +5,7 @@ from dataclasses import replace
 from math import nan
 
 import numpy as np
+import pandas as pd
 import pytest
 
 from tests.bench.analysis.conftest import compare
@@ -53,6 +54,20 @@ def test_compare_pairs_by_sequence_after_averaging_repetitions(make_runs):
     first = comparison.standings[0]
     assert first.interval == pytest.approx(mean_interval(scores["a"].mean(axis=1)))
     assert (first.ms_per_frame, first.fps) == (pytest.approx(2.0), pytest.approx(500))
+
+
+def test_compare_takes_times_of_one_kind_for_all_trackers(make_runs):
+    runs = make_runs({"a": around(HARDNESS[:2]), "b": around(HARDNESS[:2], seed=1)})
+    timed = runs.drop_duplicates(["tracker", "sequence"]).assign(
+        protocol="timing", ms_per_frame=1.0
+    )
+
+    def times(timings):
+        standings = compare(pd.concat([runs, timings]), OVERLAP).standings
+        return [round(entry.ms_per_frame, 3) for entry in standings]
+
+    assert times(timed) == [1.0, 1.0]
+    assert times(timed.iloc[:-1]) == [2.0, 2.0]
 
 
 def test_compare_takes_lower_as_better_if_the_measure_does(make_runs):

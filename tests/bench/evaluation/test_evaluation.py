@@ -6,6 +6,7 @@ import pytest
 import trackmark as tm
 from tests.bench.evaluation.walkers import Walker, misbehaving
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
+from trackmark.bench.evaluation.recorder import Observer
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.datasets import SequenceError
@@ -93,6 +94,26 @@ def test_shared_frame_has_the_number_of_trackers(make_sequence, n):
 
 def raise_error(image, tracker):
     raise ZeroDivisionError("of my own making")
+
+
+def test_progress_follows_the_initialisation_and_each_update(make_sequence):
+    events = []
+
+    class Noting(Observer):
+        def on_frame(self, frame, n_done):
+            events.append((frame, n_done))
+
+        def on_tracker_return(self, run_index, seconds):
+            events.append(seconds)
+
+    run_protocol([(parse_tracker("static"), 0)], make_sequence(n=3), observer=Noting())
+    assert [event for event in events if isinstance(event, tuple)] == [
+        (0, 0),
+        (0, 1),
+        (1, 2),
+        (2, 3),
+    ]
+    assert [isinstance(event, tuple) for event in events] == [True, False] * 3 + [True]
 
 
 def test_ctrl_c_is_not_a_failure_of_the_tracker(make_sequence):

@@ -80,6 +80,15 @@ def test_timing_run_warms_up_and_gives_the_same_boxes(make_sequence):
     assert run.metadata["ms_per_frame"] == pytest.approx(1e3 * run.times.seconds[1:].mean())
 
 
+def test_failure_in_a_timing_run_fails_the_run(make_sequence):
+    class Failing(Counting):
+        def update(self, image):
+            raise RuntimeError("no")
+
+    run = time_run(Failing, make_sequence(n=5))
+    assert run.failure.startswith("frame 1: RuntimeError: no")
+
+
 def test_disturbed_pass_is_repeated_and_the_quietest_is_kept(make_sequence, monkeypatch):
     """The run delay of each pass is simulated: 0.9, 0.5 and 0.7 of the wall time."""
     shares = iter([0.0, 0.9, 0.5, 0.7])

@@ -53,6 +53,24 @@ def test_import_refuses_other_units(convert, words, tmp_path):
         import_runs("otb", tmp_path, sequence, tmp_path / "results")
 
 
+SMALL = np.array([[50, 46, 6, 8]] * 4, float)
+MOVING = np.array([[50 + 5 * i, 46, 25, 62] for i in range(9)], float)
+
+
+@pytest.mark.parametrize(
+    ("truth", "rows"),
+    [
+        (SMALL, to_corners(SMALL + [1, 1, 0, 0]) - [0, 0, 1, 1]),
+        (MOVING, np.vstack([MOVING[:1], to_corners(MOVING)[1:]])),
+        (TRUTH, to_corners(ONE_BASED) * [[1], [1], [0], [1]]),
+    ],
+    ids=["last pixel included", "after a first box", "zeros in a lost frame"],
+)
+def test_import_refuses_corners_that_differ_from_the_truth(truth, rows, tmp_path):
+    with pytest.raises(ExchangeError, match="the boxes look like corners"):
+        import_boxes(tmp_path, rows, truth=truth)
+
+
 def test_import_reads_boxes_near_the_origin_as_boxes(tmp_path):
     truth = np.array([[1, 2, 20, 30]] * 4, float)
     run, messages = import_boxes(tmp_path, truth + [1, 1, 0, 0], truth=truth)

@@ -24,7 +24,7 @@ from trackmark.bench.experiments.tracker_spec import resolve_specs, run_identity
 from trackmark.bench.external import close_idle_processes, trax
 from trackmark.bench.external.definition import open_external
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.external.worker_process import WORKER
+from trackmark.bench.external.worker_process import START, WORKER
 
 pytestmark = pytest.mark.usefixtures("folder")
 
@@ -139,6 +139,9 @@ def test_old_version_of_python_is_named(folder):
     (folder / "python2").chmod(0o755)
     with pytest.raises(ExternalTrackerError, match=r"is Python 2\.7\. Expected: Python 3\.6"):
         open_external("plain_tracker.py", {"python": "./python2"})
+    source = START.read_text()  # which Python 2 must be able to parse
+    assert 'f"' not in source
+    assert "->" not in source
 
 
 WRITING = """

@@ -61,6 +61,7 @@ def test_scores_are_computed_again_after_edit_of_preset(copy, several):
     ("file", "is_used"),
     [
         ("metrics/sets/native.py", True),
+        ("metrics/boxes.py", True),
         ("evaluation/ground_truth.py", True),
         ("protocols/one_pass.py", True),
         ("store/truth.py", True),
