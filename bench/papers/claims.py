@@ -60,7 +60,7 @@ class Claim(TomlTable):
     margin : float
         Largest irrelevant difference, in the unit of the measure.
     unit : str
-        Unit that is printed with a difference, if the measure's unit `share` does not tell of what.
+        Unit printed with a difference, if the unit of the measure does not name what is counted.
     falsified_if : str
         Result that refutes the claim.
     reason : str
