@@ -77,8 +77,8 @@ def _lock_cache(on_compile: Callable[[], None]) -> None:
 
     Workers start with the same kernels at the same time. Without the lock, each would compile all
     of them. One could also read an older kernel, or one for other types, because Numba writes the
-    index of compiled kernels before their files. Waiting for a kernel calls `on_compile`, too, so that
-    it does not count as a tracker's time.
+    index of compiled kernels before their files. Waiting for a kernel calls `on_compile`, too, so
+    that it does not count as a tracker's time.
     """
     from numba.core.compiler_lock import global_compiler_lock
     from numba.core.dispatcher import Dispatcher
