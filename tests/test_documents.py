@@ -164,6 +164,7 @@ def test_layout_table_of_the_page_is_current():
     assert PAGE.read_text("utf-8") == updated(PAGE.read_text("utf-8"))
 
 
+@pytest.mark.slow
 def test_example_notebook_runs_and_displays_the_answer():
     notebook = json.loads((ROOT / "docs/example.ipynb").read_text())
     names, displayed = {}, []

@@ -76,6 +76,7 @@ def execute(file, names, output, jobs=1, repetitions=2):
     return execution, {key: run.boxes for key, run in runs.items()}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [*NAMES, "Mil"])
 def test_boxes_depend_on_seed_only_in_one_process(file, name, make_sequence):
     text = f"{file}:{name}"

@@ -198,6 +198,7 @@ def recorded(tmp_path):
     return tmp_path / "OTB"
 
 
+@pytest.mark.slow
 def test_command_runs_missing_runs_and_writes_scores(recorded, tmp_path, monkeypatch, capsys):
     for name in ("TRACKERS", "SCENE_TRACKERS"):
         monkeypatch.setattr(real_video, name, ("static", "camshift"))

@@ -43,6 +43,7 @@ def test_report_of_1000_trackers(store_many, trackmark, workspace):
     report_all(trackmark, workspace / "many", 2, 1000, ["csv"])
 
 
+@pytest.mark.slow
 def test_report_and_comparison_open_the_file_once(
     trackmark, workspace, otb, monkeypatch, blank_figures
 ):

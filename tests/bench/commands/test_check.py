@@ -309,6 +309,7 @@ def test_wrong_usage_or_format_of_check_exits_with_2(trackmark, baseline_file):
     assert "`trackmark baseline --force`" in message
 
 
+@pytest.mark.slow
 def test_edited_overlap_of_equal_boxes_is_refused(trackmark, baseline_file):
     text = baseline_file.read_text()
     overlap = tomllib.loads(text)["trackers"]["static"]["Small"]["overlap"][0]

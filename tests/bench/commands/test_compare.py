@@ -55,6 +55,7 @@ def test_pair_is_the_same_without_a_tracker_that_is_not_named(trackmark, workspa
     assert trackmark(*stored).stdout == alone
 
 
+@pytest.mark.slow
 def test_single_sequence_has_a_difference_without_interval(trackmark):
     printed = trackmark("compare", "static", "camshift", "--sequences", TINY).stdout
     assert "1 sequence: too few for intervals (6 needed)" in printed
@@ -82,6 +83,7 @@ def test_failed_runs_are_counted_and_named(trackmark, workspace, otb):
         assert len(trackers["trackers"]) == 2 - status
 
 
+@pytest.mark.slow
 def test_missing_run_is_executed_or_refused_in_results(trackmark, workspace):
     trackmark("compare", "static", "camshift", "--sequences", SCENES, "--name", "gap")
     results = RunStore(workspace / "results/gap")
@@ -160,6 +162,7 @@ def test_differently_averaged_score_is_named_mean_of_sequences(trackmark, worksp
     assert json.loads(trackmark(*compare, "otb", "--json").stdout)["title"] == "success AUC (otb)"
 
 
+@pytest.mark.slow
 def test_preset_that_refuses_runs_prevents_all_output(trackmark):
     longer = SCENES.replace("length=12", "length=40")  # long enough that a tracker fails
     where = ("--sequences", longer, "--metrics", "otb,got10k,vot")
@@ -168,6 +171,7 @@ def test_preset_that_refuses_runs_prevents_all_output(trackmark):
     assert "supervised" in done.stderr
 
 
+@pytest.mark.slow
 def test_stored_runs_of_another_tracker_version_are_named(trackmark, monkeypatch):
     where = ("--sequences", SCENES, "--name", "stored")
     stored = ("compare", "--results", "results/stored")
@@ -184,6 +188,7 @@ def test_stored_runs_of_another_tracker_version_are_named(trackmark, monkeypatch
     assert line.startswith(message)
 
 
+@pytest.mark.slow
 def test_families_of_clips_count_once(trackmark, workspace, otb):
     names = [f"clip{n}" for n in range(4)]
     for n, name in enumerate(names):

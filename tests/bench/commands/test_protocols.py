@@ -23,6 +23,7 @@ def both(trackmark):
     return trackmark(*RUN).stdout, trackmark(*SUPERVISED).stdout
 
 
+@pytest.mark.slow
 def test_runs_by_several_protocols_are_stored_and_tabled_apart(both, trackmark, workspace):
     one_pass, supervised = map(unwrapped, both)
     assert "protocol" not in one_pass

@@ -14,6 +14,7 @@ STRESS = ("--sequences", SMALL, "--runs", "20", "--jobs", "1", "--difficulty")  
 pytestmark = pytest.mark.usefixtures("blank_figures")
 
 
+@pytest.mark.slow
 def test_breaking_points_are_found_and_no_run_is_repeated(trackmark, workspace, monkeypatch):
     monkeypatch.setattr(breaking_points, "POSITIONS", np.linspace(0, 1, 11))  # coarse curves
     command = ("stress", "static", "--against", "camshift", *STRESS, "noise")

@@ -56,6 +56,7 @@ def test_tracker_can_have_its_own_number_of_repetitions(workspace):
     assert len(statuses(workspace, repetitions_by_tracker={knob: 1})) == 2
 
 
+@pytest.mark.slow
 def test_disturbed_timing_runs_alone_are_measured_again(workspace, monkeypatch):
     run_experiment(experiment(workspace, is_timing=True), workspace / "results", jobs=1)
     monkeypatch.setattr("trackmark.bench.execution.plan.MAX_RUN_DELAY", -1.0)
@@ -231,6 +232,7 @@ def test_longest_sequences_are_planned_first(workspace, otb):
     assert [task.work for task in missing_tasks(plan)] == [36, 20]
 
 
+@pytest.mark.slow
 def test_task_has_the_replaced_version_of_each_run(finished):
     before = make_plan(experiment(finished), RunStore(finished / "results" / "trial"))
     append(finished / "knob.py", "CHANGED = True\n")

@@ -47,6 +47,7 @@ COMMAND = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("mode", PYTHON)
 def test_failure_of_a_class_names_command_end_and_last_output(environment, mode):
     run = evaluate_run(f"{DRIFT}:python={environment}:mode={mode}", "Noise")

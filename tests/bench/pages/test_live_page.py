@@ -111,6 +111,7 @@ def test_page_contains_estimates_of_each_frame(page):
     assert decoded[:, :40].mean() > 100 > 20 > decoded[:, -40:].mean()
 
 
+@pytest.mark.slow
 @browser.needs_browser
 def test_player_shows_layers_maps_and_numbers(player):
     for number in range(1, 4):

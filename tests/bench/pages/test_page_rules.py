@@ -87,6 +87,7 @@ def test_page_of_any_width_is_accessible(chromium, extremes, page, many, axe, wi
 SLOW = pytest.mark.slow
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("width", "dark"), [(1280, True), pytest.param(390, False, marks=SLOW)])
 def test_open_player_is_accessible(opened_page, axe, width, dark):
     opened_page.size(width, 844, dark=dark, mobile=width < 400, still=True)
@@ -178,6 +179,7 @@ def test_nothing_moves_if_motion_is_reduced(chromium, page):
     chromium.wait("loops.some((loop) => loop.frame !== loop.first)")
 
 
+@pytest.mark.slow
 def test_captions_are_short_and_nothing_is_empty(extremes, page):
     check_texts(page, *extremes.values())
 

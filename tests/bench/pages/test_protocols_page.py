@@ -103,6 +103,7 @@ def test_segments_have_boxes_in_their_frames(by_protocols):
     assert restarts
 
 
+@pytest.mark.slow
 def test_number_opens_the_worst_segment_and_frame(by_protocols):
     folder, page = by_protocols
     tables = Cells(page.read_text()).tables

@@ -312,6 +312,7 @@ def experiment(tmp_path, monkeypatch, evidence, otb, in_this_process):
     return done
 
 
+@pytest.mark.slow
 def test_any_order_of_actions_gives_undisturbed_results(experiment):
     counted = experiment(examples=3, steps=12, derandomize=True)
     assert counted["kills"] > 3

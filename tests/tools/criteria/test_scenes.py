@@ -25,6 +25,7 @@ def parametrized(paper, sequence):
     return pytest.param(paper, sequence, marks=marks, id=sequence)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("paper", "sequence"),
     [
