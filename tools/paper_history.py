@@ -13,8 +13,9 @@ PAGE = Path(__file__).parents[1] / "docs" / "papers" / "history.md"
 INTRODUCTION = (
     "Scenes are drawn from the papers' text, and criteria on images and ground truth decide which "
     "scenes are used. Several scenes, claims and settings were changed after results had been "
-    "seen. This page lists the changes of each paper. `python -m tools.paper_history` writes it "
-    "from the files `notes.md` of the papers."
+    "seen. The papers' cells in the tables of verdicts were then put into the units of ours; tests "
+    "and verdicts did not change. This page lists the changes of each paper. "
+    "`python -m tools.paper_history` writes it from the files `notes.md` of the papers."
 )
 
 

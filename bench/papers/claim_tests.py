@@ -159,8 +159,7 @@ def _obstacle(claim: Claim, evidence: Evidence) -> str:
     if evidence.not_posed:
         return f"problem not posed: {evidence.not_posed}"
     if claim.test == "order" and evidence.equal_runs > HALF:
-        share_of = f"{100 * evidence.equal_runs:.0f} % of the scenes"
-        return f"equal runs: the compared trackers have equal boxes in {share_of}"
+        return f"equal boxes in {100 * evidence.equal_runs:.0f} % of the scenes"
     return _floor_or_ceiling(claim, evidence) or _lost_before(evidence.lost_before)
 
 
@@ -173,17 +172,15 @@ def _floor_or_ceiling(claim: Claim, evidence: Evidence) -> str:
         _interval(_of_trackers(table, chosen), evidence)
         for table, chosen in zip(tables, compared_trackers(evidence), strict=True)
     ]
-    units = "scenes" if evidence.unit_noun == "scene" else f"members of the {evidence.unit_noun}s"
     if claim.test == "no-worse":
         name, able = "the reference keeps", sides[1:]
     else:
         of_trackers = [rows for table in tables for _, rows in table.groupby("tracker")]
-        name, able = "all trackers keep", [_interval(rows, evidence) for rows in of_trackers]
+        name, able = "all keep", [_interval(rows, evidence) for rows in of_trackers]
     if evidence.unit in FLOOR_UNITS and at_floor(able):
-        return f"floor: {name} the target in less than {100 * FLOOR_SHARE:.0f} % of the {units}"
+        return f"floor: {name} less than {100 * FLOOR_SHARE:.0f} %"
     if evidence.unit in CEILING_UNITS and at_ceiling(sides):
-        limit = f"{100 * CEILING_SHARE:.0f} %"
-        return f"ceiling: both sides keep the target in more than {limit} of the {units}"
+        return f"ceiling: both sides keep more than {100 * CEILING_SHARE:.0f} %"
     return ""
 
 

@@ -22,7 +22,7 @@ from trackmark.bench.papers.verdicts import VerdictRow, judge_row
 
 BOUNDED = ("share", "overlap", "J")  # units of measures with values in [0, 1]
 SUCCEEDS = 0.5  # limit between the values 0 and 1 of a measure of success
-DOUBLINGS = "doublings"  # unit of the fewest particles, whose logarithm to base 2 is compared
+DOUBLINGS = "doublings of N"  # unit of the fewest particles, whose logarithm to base 2 is compared
 MIN_POSED = 12
 """Minimum number of the first 40 scenes that meet the criteria of difficulty."""
 

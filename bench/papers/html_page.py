@@ -25,7 +25,13 @@ from trackmark.bench.papers.reproduction import Report
 from trackmark.bench.papers.runs import Context
 from trackmark.bench.papers.sections import SETTINGS_SENTENCE, label_sentences
 from trackmark.bench.papers.strips import COLOUR_SENTENCE, PAPER, Strip, StripRow
-from trackmark.bench.papers.verdicts import VERDICTS, VerdictRow, effect_text, setting_counts
+from trackmark.bench.papers.verdicts import (
+    VERDICTS,
+    VerdictRow,
+    estimate_text,
+    setting_counts,
+    unit_text,
+)
 from trackmark.reports.tables import MISSING
 
 TONES = {"holds": "good", "does not hold": "bad", "inconclusive": "undecided"}
@@ -213,8 +219,10 @@ def _item(row: VerdictRow, context: Context, player: PlayerContent) -> dict[str,
     is_difference = claim.test.startswith(("order", "no-worse"))
     for setting, name in SETTING_LABELS.items():
         verdict = row.verdicts[setting]
-        effect = effect_text(claim, verdict)
-        effect = f"difference {effect}" if is_difference and effect != MISSING else effect
+        effect = estimate_text(claim, verdict)
+        if effect != MISSING:
+            difference = "difference " if is_difference else ""
+            effect = f"{difference}{effect} ({unit_text(claim, verdict)})"
         facts[name] = f"{verdict.verdict}: {effect}; {verdict.reason}"
         tone, remarks = TONES.get(verdict.verdict, "none"), "; ".join(row.remarks(setting))
         cells.append(

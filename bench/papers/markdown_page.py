@@ -43,8 +43,8 @@ def picture_file(figure: PaperFigure, pictures: Path, report: Report) -> Path:
 
 def page(report: Report, path: Path, pictures: Path) -> str:
     """Return the page of a paper; its links are relative to `path`."""
-    details = details_file(path).name
-    more = f"[Details]({details}): method, criteria of the scenes, choices, sensitivity, figures."
+    contents = ", ".join(section.title.lower() for section in report.details)
+    more = f"[Details]({details_file(path).name}): {contents}."
     blocks = [f"# {report.paper.title}", report.paper.citation]
     if report.verdicts:
         sums = "\n".join(f"- {line}" for line in setting_counts(report.verdicts))

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 from trackmark.bench.papers import paper_file
 from trackmark.bench.papers.development import read_sensitivity
 from trackmark.bench.papers.figures import PaperFigure
+from trackmark.bench.papers.main_table import shown_settings
 from trackmark.bench.papers.paper import Paper
 from trackmark.bench.papers.real_video import paper_table
 from trackmark.bench.papers.runs import Context
@@ -48,10 +49,8 @@ LABEL_SENTENCES = {
         "the claim is not counted."
     ),
     "not testable here": (
-        "*Not testable here*: our scenes can show nothing about the claim. One reason is that "
-        "all compared trackers keep the target in nearly all scenes (*ceiling*) or in nearly none "
-        "(*floor*). Others are that the target is lost before the event of the claim, that the "
-        "problem does not arise, or that the compared trackers return equal boxes."
+        "*Not testable here*: our scenes cannot show the claim; the table states the reason. "
+        "*Ceiling*: all compared trackers keep nearly every target. *Floor*: they keep nearly none."
     ),
 }
 """Explanations of verdicts that are not counted, by their labels."""
@@ -99,7 +98,8 @@ def page_sections(
         Section("pictures", "Pictures", [COLOUR_SENTENCE] if strips else [], figures=strips),
     ]
     if verdicts:
-        sections.append(Section("verdicts", "Verdicts", tables=[verdict_table(verdicts)]))
+        table = verdict_table(verdicts, shown_settings(paper))
+        sections.append(Section("verdicts", "Verdicts", tables=[table]))
         sections.append(Section("differences", DIFFERS, [notes.get(DIFFERS, "")]))
     sections += [real_video_section(paper), chain_section(paper)]
     if verdicts:

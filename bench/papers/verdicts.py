@@ -1,14 +1,14 @@
-"""Verdicts on the claims of a paper: one row per claim, one column per setting."""
+"""Verdicts on the claims of a paper: one row per claim, two columns per setting."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 from typing import Any
 
 import pandas as pd
 
-from trackmark.bench.papers import SETTING_LABELS, SETTINGS
+from trackmark.bench.papers import SETTINGS
 from trackmark.bench.papers.claim_tests import Evidence, judge
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.statistics.verdict_rules import Verdict
@@ -53,9 +53,12 @@ class VerdictRow:
         }
 
     def remarks(self, setting: str) -> list[str]:
-        """Return the reason of a verdict that decides nothing, and remarks that limit a verdict."""
+        """Return the reason of a verdict that decides nothing, and remarks that limit a verdict.
+
+        By construction has none: pages explain this label, and its reason is always the same.
+        """
         verdict = self.verdicts[setting]
-        needs_reason = verdict.verdict not in ("holds", "does not hold")
+        needs_reason = verdict.verdict in ("inconclusive", "not testable here")
         needs_reason |= "too small" in verdict.reason
         remarks = [verdict.reason if needs_reason else "", self.evidence[setting].failed]
         return [*filter(None, remarks)]
@@ -75,16 +78,22 @@ class VerdictRow:
         }
 
 
-def effect_text(claim: Claim, verdict: Verdict) -> str:
-    """Return estimate, interval and number of units: `18 of 24 scenes, 0.75 [0.53, 0.90]`."""
+def estimate_text(claim: Claim, verdict: Verdict) -> str:
+    """Return estimate and interval without their unit: `18 of 24, 0.75 [0.53, 0.90]`."""
     if not isfinite(verdict.statistic):
         return MISSING
-    estimate = verdict.effect.partition(f", {verdict.n_units} ")[0].removesuffix(" share")
-    counted = f"{verdict.n_units} {verdict.counted}{'s' * (verdict.n_units != 1)}"
     if claim.test == "share":
-        return f"{verdict.statistic * verdict.n_units:.0f} of {counted}, {estimate}"
-    margin = f"margin {claim.margin:g}, " if claim.test.startswith("no-worse") else ""
-    return f"{estimate}, {margin}{counted}"
+        n_good = verdict.statistic * verdict.n_units
+        return f"{n_good:.0f} of {verdict.n_units}, {verdict.estimate}"
+    return verdict.estimate
+
+
+def unit_text(claim: Claim, verdict: Verdict) -> str:
+    """Return unit, number of statistical units and margin: `clips, 36 sets, margin 1.5`."""
+    if claim.test == "share":
+        return f"{verdict.counted}s"
+    margin = f"margin {claim.margin:g}" if claim.test.startswith("no-worse") else ""
+    return ", ".join(filter(None, [verdict.unit, verdict.n_counted, margin]))
 
 
 def judge_row(claim: Claim, evidence: Mapping[str, Evidence]) -> VerdictRow:  # name: claims
@@ -109,17 +118,23 @@ def sum_line(rows: Sequence[VerdictRow], setting: str) -> str:
     return f"Main results reproduced: {counts['holds']} of {n_counted} ({uncounted})"
 
 
-def verdict_table(rows: Sequence[VerdictRow]) -> Table:
-    """Return a table with claim, result of the paper, and our results and verdicts by setting."""
-    headings = ["claim", "", "paper"]
-    for label in SETTING_LABELS.values():
+def verdict_table(rows: Sequence[VerdictRow], settings: Mapping[str, str]) -> Table:
+    """Return a table with claim, unit, result of the paper, and our results and verdicts.
+
+    `settings`: settings that have columns, with their labels. The records have all settings.
+    """
+    headings = ["claim", "", "unit", "paper"]
+    for label in settings.values():
         headings += [label, "verdict"]
     return Table(
         name="verdicts",
-        caption="Verdicts on the claims: estimate [95 % interval] in both settings",
+        caption=(
+            "Estimate [95 % interval]. A positive difference supports the claim. A share of scenes "
+            "holds above 0.5."
+        ),
         headings=headings,
-        n_labels=2,
-        rows=[[Cell(text) for text in _cell_texts(row)] for row in rows],
+        n_labels=3,
+        rows=[[Cell(text) for text in _cell_texts(row, settings)] for row in rows],
         records=pd.DataFrame([record for row in rows for record in _records(row)]),
     )
 
@@ -148,11 +163,13 @@ def _records(row: VerdictRow) -> list[dict[str, Any]]:
     ]
 
 
-def _cell_texts(row: VerdictRow) -> list[str]:
-    cells = [row.claim.name, row.claim.summary, row.claim.paper]
-    for setting in SETTINGS:
-        verdict, remarks = row.verdicts[setting], "; ".join(row.remarks(setting))
-        cells.append(effect_text(row.claim, verdict))
+def _cell_texts(row: VerdictRow, settings: Iterable[str]) -> list[str]:
+    verdicts = [row.verdicts[setting] for setting in settings]
+    units = {unit_text(row.claim, verdict): None for verdict in verdicts if verdict.n_units}
+    cells = [row.claim.name, row.claim.summary, " / ".join(units), row.claim.paper]
+    for setting, verdict in zip(settings, verdicts, strict=True):
+        remarks = "; ".join(row.remarks(setting))
+        cells.append(estimate_text(row.claim, verdict))
         cells.append(verdict.verdict + (f" ({remarks})" if remarks else ""))
     return cells
 

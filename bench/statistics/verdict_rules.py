@@ -67,18 +67,20 @@ class Verdict:
         """Estimate with interval, unit and number of scenes; empty without an estimate."""
         if isnan(self.statistic):
             return ""
-        estimate = (
-            f"{self.estimate_name}: {self._estimate}" if self.estimate_name else self._estimate
-        )
-        counted = self.counted if self.n_units == 1 else f"{self.counted}s"
-        return f"{' '.join(filter(None, [estimate, self.unit]))}, {self.n_units} {counted}"
+        return f"{' '.join(filter(None, [self.estimate, self.unit]))}, {self.n_counted}"
 
     @property
-    def _estimate(self) -> str:
-        """Estimate and interval, rounded to two digits of half the width of the interval."""
+    def n_counted(self) -> str:
+        """Number of units: `24 scenes`."""
+        return f"{self.n_units} {self.counted}{'s' * (self.n_units != 1)}"
+
+    @property
+    def estimate(self) -> str:
+        """Estimate with name and interval, rounded to two digits of half the interval's width."""
+        name = f"{self.estimate_name}: " if self.estimate_name else ""
         width = self.interval.high - self.interval.low
         if isnan(width):
-            return f"{self.statistic:.3g}"
+            return f"{name}{self.statistic:.3g}"
         form = ".3g"
         if isfinite(width) and width > 0:
             form = f".{min(max(1 - floor(log10(width / 2)), 0), 9)}f"
@@ -87,7 +89,7 @@ class Verdict:
             format(end, form) if float(format(end, form)) else format(0.0, form)
             for end in (self.interval.low, self.statistic, self.interval.high)
         )
-        return f"{value} [{low}, {high}]"
+        return f"{name}{value} [{low}, {high}]"
 
 
 Judge = Callable[[int], Verdict]
@@ -151,7 +153,7 @@ def no_worse(
         needed = units_needed(mean + margin, shifted, likely, n, 0.0)
         if needed and mean > -margin:  # the claim can hold only with enough scenes
             needed = Interval(*(max(number, enough) for number in needed))
-        reason = f"interval contains the limit {-margin:g}; {in_words(needed, 'scenes')}"
+        reason = _contains(-margin, needed)
     elif n >= enough or interval.low > 0:
         verdict, reason = "holds", f"not worse by more than {margin:g}"
     else:
@@ -183,7 +185,7 @@ def share(succeeded: ArrayLike, limit: float = SHARE_LIMIT) -> Verdict:
             Interval(*(end - limit for end in ends)) for ends in (interval, likely)
         )
         needed = units_needed(value - limit, shifted, shifted_likely, n, 0.0)
-        reason = f"interval contains the limit {limit:g}; {in_words(needed, 'scenes')}"
+        reason = _contains(limit, needed)
     return Verdict(verdict, value, interval, n, reason)
 
 
@@ -236,6 +238,12 @@ def conjunction(judges: Mapping[str, Judge]) -> Verdict:
     if open_parts:
         return replace(decides, verdict="inconclusive", reason=f"part {name}: {decides.reason}")
     return replace(decides, reason=f"all {k} parts hold")
+
+
+def _contains(limit: float, needed: Interval | None) -> str:
+    """Return the reason of an undecided interval, with the range of scenes needed if known."""
+    scenes = f"; {in_words(needed, 'scenes')}" if needed else ""
+    return f"interval contains {limit:g}{scenes}"
 
 
 def _mean(values: NDArray[Any]) -> float:

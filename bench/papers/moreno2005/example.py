@@ -164,7 +164,7 @@ def errors(run: int, n_samples: int) -> dict[str, float]:
     }
 
 
-@measure("of the observation's error")
+@measure("share of observation's error")
 def gain_of_dependence(run: str) -> float:
     """Return the error with independent cues minus that with dependent ones (Fig. 2).
 
@@ -175,7 +175,7 @@ def gain_of_dependence(run: str) -> float:
     return float(np.mean(gains) / errors_by_number[0]["observation"])
 
 
-@measure("of the observation's error")
+@measure("share of observation's error")
 def gain_of_filtering(run: str) -> float:
     """Return the observation's error minus the larger error of both filters.
 

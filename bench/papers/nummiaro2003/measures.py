@@ -29,7 +29,7 @@ def size_errors(measured: MeasuredRun) -> Values:
     return np.asarray(np.abs(measured.boxes[:, 2] / measured.truth.boxes[:, 2] - 1))
 
 
-@measure("of Hx", lower_is_better=True)
+@measure("share of Hx", lower_is_better=True)
 def size_error(measured: MeasuredRun) -> float:
     """Return the mean relative error of Hx; the error is 1 in frames without an estimate."""
     return float(np.nan_to_num(size_errors(measured), nan=1.0)[measured.present].mean())

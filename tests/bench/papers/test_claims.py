@@ -10,15 +10,16 @@ import pytest
 
 from tests.bench.papers.claim_entries import NAMES, TEXTS, claim
 from trackmark.bench.experiments.experiment import ExperimentError
-from trackmark.bench.papers import SETTINGS
+from trackmark.bench.papers import SETTING_LABELS, SETTINGS
 from trackmark.bench.papers.claim_tests import Evidence, judge, scene_differences
 from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.toml_table import validated
 from trackmark.bench.papers.verdicts import (
-    effect_text,
+    estimate_text,
     judge_row,
     setting_counts,
     sum_line,
+    unit_text,
     verdict_table,
 )
 from trackmark.bench.statistics.verdict_rules import no_worse, order, share
@@ -117,7 +118,9 @@ def test_no_worse_follows_the_rule_and_prints_its_margin():
     assert judge(equal, evidence).verdict == "holds"
     clips = judge(equal, replace(evidence, largest=20.0))  # numbers of clips need 44 scenes
     assert (clips.verdict, clips.reason[:12]) == ("inconclusive", "inside ±0.1;")
-    assert ", margin 0.1, 36 scenes" in effect_text(equal, judge(equal, evidence))
+    verdict = judge(equal, evidence)
+    assert estimate_text(equal, verdict) == verdict.estimate
+    assert unit_text(equal, verdict) == "36 scenes, margin 0.1"
 
 
 def test_no_worse_both_ways_fails_if_either_is_worse():
@@ -146,7 +149,7 @@ BETTER = Evidence(table({"A": 0.6 + NOISE}), table({"B": 0.5 + NOISE[::-1]}), un
     ("numbers", "label", "reason"),
     [
         ((24, 24), "not testable here", "ceiling: both sides keep"),
-        ((0, 0), "not testable here", "floor: all trackers keep"),
+        ((0, 0), "not testable here", "floor: all keep"),
         ((24, 23), "holds", ""),
         ((24, 0), "holds", ""),
         ((1, 0), "holds", ""),
@@ -187,7 +190,7 @@ def test_members_of_sets_decide_floor_and_ceiling():
     shares = np.tile([0.9, 0.95], 12)
     sets = {"kept_first": table({"A": shares}), "kept_second": table({"B": shares})}
     verdict = judge(ORDER, replace(BETTER, unit_noun="set", **sets))
-    assert verdict.reason.endswith("more than 80 % of the members of the sets")
+    assert verdict.reason.endswith("both sides keep more than 80 %")
     sets["kept_second"] = table({"B": np.tile([0.6, 0.95], 12)})
     assert judge(ORDER, replace(BETTER, unit_noun="set", **sets)).verdict == "holds"
 
@@ -233,7 +236,7 @@ def test_first_obstacle_is_the_reason():
     )
     obstacles = [
         ({}, "problem not posed: 3 of the first 40"),
-        ({"not_posed": ""}, "equal runs: the compared trackers have equal boxes in 72 % of the"),
+        ({"not_posed": ""}, "equal boxes in 72 % of the scenes"),
         ({"equal_runs": 0.5}, "floor"),
         ({"kept_first": pd.DataFrame()}, "lost before the event in 24 of 24 scenes"),
         ({"lost_before": np.zeros(0)}, "a criterion of the scenes uses this result"),
@@ -250,22 +253,42 @@ def test_claim_without_runs_is_inconclusive():
         assert isnan(verdict.statistic)
 
 
-def test_row_shows_the_unit_of_the_claim():
-    with_unit = ORDER.model_copy(update={"unit": "of the visible frames"})
+def test_row_shows_the_unit_of_the_claim_once():
+    with_unit = ORDER.model_copy(update={"unit": "share of visible frames"})
     row = judge_row(with_unit, dict.fromkeys(SETTINGS, BETTER))
-    estimate = verdict_table([row]).rows[0][3].text
-    assert re.fullmatch(r"0\.\d+ \[.*\] of the visible frames, 36 scenes", estimate)
+    texts = [cell.text for cell in verdict_table([row], SETTING_LABELS).rows[0]]
+    assert texts[2] == "share of visible frames, 36 scenes"
+    assert re.fullmatch(r"0\.\d+ \[0\.\d+, 0\.\d+\]", texts[4])
+    share_claim = claim(trackers="A", test="share")
+    row = judge_row(share_claim, dict.fromkeys(SETTINGS, Evidence(table({"A": [1.0] * 24}))))
+    texts = [cell.text for cell in verdict_table([row], SETTING_LABELS).rows[0]]
+    assert texts[2:5] == ["scenes", "1 of 1", "24 of 24, 1.000 [0.858, 1.000]"]
+
+
+def test_verdict_table_has_the_columns_of_the_given_settings():
+    worse = Evidence(table({"A": NOISE}), table({"B": 0.5 + NOISE}), unit="share")
+    row = judge_row(ORDER, {"as-written": worse, "recommended": BETTER})
+    merged = verdict_table([row], {"recommended": "both settings"})
+    assert merged.headings == ["claim", "", "unit", "paper", "both settings", "verdict"]
+    assert [cell.text for cell in merged.rows[0]][-1] == "holds"
+    assert list(merged.records["setting"]) == [*SETTINGS]
+
+
+def test_by_construction_is_a_label_without_a_reason():
+    row = judge_row(ORDER, dict.fromkeys(SETTINGS, replace(BETTER, favoured=True)))
+    cells = verdict_table([row], SETTING_LABELS).rows[0]
+    assert cells[-1].text == "by construction"
 
 
 def test_row_shows_both_settings_with_reason_and_notes():
     good = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.3 + NOISE}))
     few = Evidence(table({"A": [0.5] * 3}), table({"B": [0.3] * 3}), failed="1 of 9 runs failed")
     row = judge_row(ORDER, {"as-written": few, "recommended": good})
-    texts = [cell.text for cell in verdict_table([row]).rows[0]]
-    assert texts[:3] == ["AB-1", "it tracks", "1 of 1"]
-    assert "only 3 of 12 scenes" in texts[4]
-    assert "1 of 9 runs failed" in texts[4]
-    assert texts[6] == "holds"
+    texts = [cell.text for cell in verdict_table([row], SETTING_LABELS).rows[0]]
+    assert texts[:4] == ["AB-1", "it tracks", "3 scenes / 36 scenes", "1 of 1"]
+    assert "only 3 of 12 scenes" in texts[5]
+    assert "1 of 9 runs failed" in texts[5]
+    assert texts[7] == "holds"
     settings = row.for_json()["settings"]
     assert settings["as-written"]["interval"] == [None, None]
     assert settings["recommended"]["verdict"] == "holds"
@@ -286,7 +309,7 @@ def test_sum_line_equals_a_recount_of_the_table():
         "as-written": "Main results reproduced: 1 of 2 (1 by construction, 1 not testable here)",
         "recommended": "Main results reproduced: 1 of 1 (1 by construction, 2 not testable here)",
     }
-    data = verdict_table(rows).records
+    data = verdict_table(rows, SETTING_LABELS).records
     for setting, line in lines.items():
         labels = data.loc[data["setting"] == setting, "verdict"].to_list()
         counted = [x for x in labels if x in {"holds", "does not hold", "inconclusive"}]
@@ -301,7 +324,7 @@ def test_sum_line_equals_a_recount_of_the_table():
 def test_verdict_table_has_unrounded_data_of_both_settings():
     good = Evidence(table({"A": 0.5 + NOISE}), table({"B": 0.3 + NOISE}))
     row = judge_row(ORDER, {"as-written": Evidence(), "recommended": good})
-    data = verdict_table([row]).records.set_index("setting")
+    data = verdict_table([row], SETTING_LABELS).records.set_index("setting")
     assert list(data.index) == ["as-written", "recommended"]
     assert (data["claim"] == "AB-1").all()
     verdict = row.verdicts["recommended"]
