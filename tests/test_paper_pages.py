@@ -18,6 +18,7 @@ PICTURES = FOLDER.parent / "pictures" / "papers"
 PAPERS = pytest.mark.parametrize("paper", paper_names())
 
 MAX_WORDS = 1500
+MAX_CELL_WORDS = 12  # of a verdict, with its reason
 MAX_FILE, MAX_FILES = 150_000, 1_200_000  # bytes of a picture, and of all pictures
 NUMBER = r"(?:≤ )?\d+(?:\.\d)?|none|—"
 CELL = re.compile(rf"(?:{NUMBER})(?: / (?:{NUMBER}))*(?: of \d+)?")
@@ -98,6 +99,19 @@ def test_our_cells_have_the_units_of_the_paper(paper):
         theirs, *ours = [cell.strip() for cell in row[n_labels:]]
         assert all(CELL.fullmatch(cell) for cell in ours), row
         assert theirs == "–" or {units(cell) for cell in ours} == {units(theirs)}, row
+
+
+@PAPERS
+def test_cells_of_verdicts_are_short_and_have_one_unit(paper):
+    table = read(paper).partition("\n## Verdicts")[2].partition("\n## ")[0]
+    rows = [line.strip("| ").split(" | ") for line in table.splitlines() if line.startswith("| ")]
+    claims = read_paper(paper).claims
+    assert [row[0] for row in rows[2:]] == [*claims]
+    for name, summary, unit, theirs, *ours in rows[2:]:
+        assert (summary, theirs) == (claims[name].summary, claims[name].paper)
+        assert all(len(cell.split()) <= MAX_CELL_WORDS for cell in (unit, theirs, *ours)), name
+        is_share = claims[name].test == "share"
+        assert theirs.startswith("1 of 1, ") == is_share == (unit in {"scenes", "sets"}), name
 
 
 @PAPERS

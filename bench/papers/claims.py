@@ -38,7 +38,7 @@ class Claim(TomlTable):
     summary, statement : str
         Claim in a few words, and in a sentence.
     paper : str
-        Result of the paper, printed next to ours.
+        Result of the paper in the unit of ours, and its place; only the place without a number.
     sequences : tuple of PaperSequence
         For the test `share`, a scene succeeds if it succeeds on every
         sequence. In other tests each scene of each sequence is a statistical unit.
