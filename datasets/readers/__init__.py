@@ -19,6 +19,7 @@ from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
 from trackmark.datasets.layouts import LAYOUT_VARIABLE, Layout, layouts
 from trackmark.datasets.readers.rows import RowsReader
+from trackmark.datasets.recorded import Choice
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
@@ -54,19 +55,21 @@ _MAX_CACHED = 64  # maximum number of cached sequences
 class Reader(Protocol):
     """Functions of each module in this folder that reads a layout.
 
-    Modules can have more functions. `options(path)` returns the options of data with several
-    targets or frame rates. `list_sequences(path)` returns the paths of all targets in a folder, if
-    each one is a sequence. `list_members(folder)` returns the sequences of a dataset that are not
-    its subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path
-    selects one target of many, and a folder or a pattern all of them.
+    Modules can have more functions. `choice(path)` returns the option of data with several targets
+    or frame rates. `list_members(folder)` returns the sequences of a dataset that are not its
+    subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path selects
+    one target of many, and a folder or a pattern all of them.
     """
 
     def recognises(self, path: Path) -> bool:
         """Return whether the path has this format, without reading an image."""
         ...
 
-    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-        """Open the sequence with the given ground-truth file, or its own; read no image."""
+    def read(self, path: Path, truth: Path | None, value: str) -> Sequence:
+        """Open the sequence with the given ground-truth file, or its own; read no image.
+
+        `value` is a value of the option, or "" for the default.
+        """
         ...
 
 
@@ -103,13 +106,10 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
         if data_format is None:
             return []
         reader = data_format.reader
-        is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
-        if is_one or not hasattr(reader, "list_sequences"):
+        if is_named and getattr(reader, "PATH_IS_ONE_TARGET", False):
             return [path]
         with suppress(SequenceError):  # the error is raised when the sequence is opened
-            # `.` has no name
-            listed: list[Path] = reader.list_sequences(path if path.name else path.resolve())
-            return listed
+            return [*_choice(path, reader).targets(path).values()] or [path]
         return [path]
 
 
@@ -236,10 +236,8 @@ def options(path: Path) -> list[dict[str, Any]]:
     """
     data_format = _find_format(path)
     with _named_errors(path):
-        if data_format is None or not hasattr(data_format.reader, "options"):
-            return []
-        described: list[dict[str, Any]] = data_format.reader.options(path)
-        return described
+        choice = Choice() if data_format is None else _choice(path, data_format.reader)
+        return [choice.description()] if choice.values else []
 
 
 def read(
@@ -306,14 +304,9 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
     if data_format is None:
         raise SequenceError(_not_recognised(path))
     layout, reader = data_format
-    names = [option["name"] for option in options(path)] if option_values else []
-    unknown = sorted(option_values.keys() - names)
-    if unknown:
-        raise SequenceError(
-            f"{path}: unknown option {quote(unknown[0])}. Options: {', '.join(names) or 'none'}."
-        )
     with _named_errors(path):
-        sequence = reader.read(path, truth, option_values)
+        value = _choice(path, reader).selected(path, option_values) if option_values else ""
+        sequence = reader.read(path, truth, value)
         sequence.origin = replace(
             sequence.origin,
             format=layout.in_words,
@@ -326,14 +319,17 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
     return sequence
 
 
+def _choice(path: Path, reader: Reader) -> Choice:
+    """Return the option of recorded data; without values if there is none."""
+    choice: Choice = reader.choice(path) if hasattr(reader, "choice") else Choice()
+    return choice
+
+
 def _other_targets(path: Path, reader: Reader) -> tuple[str, ...]:
     """Return the names of all targets of a recording but the one that is read by default."""
-    if not hasattr(reader, "list_sequences"):
-        return ()
-    path = path if path.name else path.resolve()
-    default = tuple(f":{option['name']}={option['default']}" for option in options(path))
-    names = [target.name for target in reader.list_sequences(path)]
-    return tuple(name for name in names if name != path.name and not name.endswith(default))
+    choice = _choice(path, reader)
+    targets = choice.targets(path).items()
+    return tuple(target.name for value, target in targets if value != choice.default)
 
 
 def _unread_flags(path: Path, layout: Layout) -> tuple[str, ...]:

@@ -8,12 +8,11 @@ Jogging.2; some toolkits call them Jogging-1 or Jogging_1.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images, recorded_images
+from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import (
     check_row_count,
@@ -21,7 +20,7 @@ from trackmark.datasets.number_files import (
     frames_with_values,
     read_boxes,
 )
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
@@ -53,20 +52,13 @@ def recognises(path: Path) -> bool:
     return not (path / TRUTH).is_file() or count_columns(path / TRUTH) != N_TLP_COLUMNS
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `target` of a folder with several; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `target` of a folder with several."""
     targets = list(_truth_files(path))
-    return [describe_option("target", targets, int(targets[0]))] if len(targets) > 1 else []
+    return Choice("target", targets, targets[0]) if len(targets) > 1 else Choice()
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per target."""
-    targets = list(_truth_files(path))
-    paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder, by default its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
     first, last = SPANS.get(name.lower(), (0, None))
@@ -78,7 +70,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
                 f"{path}: there is no {TRUTH}, and no groundtruth_rect.1.txt with rows. Add one of "
                 "these files."
             )
-        target = choose(path, "target", targets, options)
+        target = value or next(iter(targets))
         source = targets[target]
         rows = GroundTruth(read_boxes(source, origin=FIRST_PIXEL))
         n_rows = len(rows.boxes)
@@ -102,7 +94,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     attrs = path / "attrs.txt"
     tags = truth_file.read_text(attrs).replace(",", " ").split() if attrs.exists() else []
     n = frames_with_values(len(rows.boxes), files)
-    return recorded_images(
+    return recorded(
         name,
         files,
         rows,

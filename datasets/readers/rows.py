@@ -20,7 +20,6 @@ from trackmark.datasets.image_files import (
     digits_of_name,
     image_files,
     numbered_images,
-    recorded_images,
     size_of_first,
 )
 from trackmark.datasets.interface import Array, Sequence, SequenceError
@@ -39,7 +38,7 @@ from trackmark.datasets.number_files import (
     read_rows,
     split_line,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import MAX_FRAMES, GroundTruth
 
@@ -83,14 +82,13 @@ class RowsReader:
         """Return whether a path without symbolic links belongs to a sequence of this layout."""
         return bool(self._locate(path))
 
-    def options(self, path: Path) -> list[dict[str, Any]]:
-        """Return the option of the layout; see `datasets.options`."""
-        values = list(self._locate(path.resolve()))
+    def choice(self, path: Path) -> Choice:
+        """Return the option of the layout."""
         if not self.layout.option:
-            return []
-        default = int(values[0]) if values[0].isdecimal() else values[0]
+            return Choice()
+        values = list(self._locate(path.resolve()))
         unit = " [frames/s]" if self.layout.fps == "option" else ""
-        return [describe_option(self.layout.option, values, default, unit)]
+        return Choice(self.layout.option, values, values[0], unit, is_target=False)
 
     def list_members(self, folder: Path) -> list[Path]:
         """Return the sequences of a set whose sequences are not its folders.
@@ -112,10 +110,10 @@ class RowsReader:
         path = layout.images[0] if is_folder else "NAME"
         return [folder / path.replace("NAME", n) for n in sorted(names, key=natural_order)]
 
-    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+    def read(self, path: Path, truth: Path | None, value: str) -> Sequence:
         """Open the sequence; its flags are attributes."""
         layout, locations = self.layout, self._locate(path.resolve())
-        value = choose(path, layout.option, locations, options) if layout.option else ""
+        value = value or next(iter(locations))
         location = locations[value]
         name = location.name
         if layout.option and value != layout.values[0]:
@@ -127,11 +125,11 @@ class RowsReader:
             fps = float(value)
         if truth is not None:
             images = self._images(location, None)
-            return _recorded(name, images, truth_file.read(truth), truth, fps=fps)
+            return recorded(name, images, truth_file.read(truth), truth, fps=fps)
         rows = self._json_rows(location) if layout.json_keys else self._text_rows(location)
         images = self._images(location, rows)
         ground_truth, attributes = self._ground_truth(location, rows, images)
-        return _recorded(
+        return recorded(
             name,
             images,
             ground_truth,
@@ -427,17 +425,6 @@ def _match(pattern: str, full: Path) -> Iterator[tuple[Path, str]]:
             return
     if len(names) == 1 and "" not in names and len(full.parts) > len(name_patterns):
         yield full.parents[len(name_patterns) - 1], names.pop()
-
-
-def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any) -> Sequence:
-    """Return the sequence of image files or of a video; see `recorded`."""
-    if isinstance(images, list):
-        return recorded_images(name, images, *truth, **options)
-    # imported here, because it loads a decoder
-    from trackmark.datasets.video_frames import VideoFrames
-
-    frames = VideoFrames(images)
-    return recorded(name, frames, [images], *truth, **{**options, "fps": frames.fps})
 
 
 def _spread(values: NDArray[Any], frames: NDArray[np.int64]) -> NDArray[Any]:

@@ -16,7 +16,6 @@ methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -27,7 +26,6 @@ from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import (
     image_files,
     numbered_images,
-    recorded_images,
     size_of_first,
 )
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
@@ -46,7 +44,7 @@ from trackmark.datasets.number_files import (
     read_rows,
     split_line,
 )
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
@@ -74,29 +72,22 @@ def recognises(path: Path) -> bool:
     return bool(images) and images[0].stem.isdecimal()
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `object` of a folder with several; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `object` of a folder with several."""
     objects = list(_truth_files(path))
-    return [describe_option("object", objects, objects[0])] if len(objects) > 1 else []
+    return Choice("object", objects, objects[0]) if len(objects) > 1 else Choice()
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per object."""
-    objects = list(_truth_files(path))
-    paths = [path.with_name(f"{path.name}:object={name}") for name in objects]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder: `*.tag` and `*.label` are attributes, `*.value` are frame values."""
     name, fields = path.resolve().name, {}
     if (path / FIELDS).is_file():
         fields = read_fields(path / FIELDS)
     images = numbered_images(_image_folder(path, fields), 1)
     if truth is not None:
-        return recorded_images(name, images, truth_file.read(truth), truth)
+        return recorded(name, images, truth_file.read(truth), truth)
     truths = _truth_files(path)
-    target = choose(path, "object", truths, options)
+    target = value or next(iter(truths))
     source = truths[target] if target else field_path(fields, "groundtruth", path / FIELDS, TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
     regions = _read_regions(source, images)
@@ -104,7 +95,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     if (path.resolve().name, len(images), n) not in PARTIAL:
         check_row_count(n, images, source)
     n_values = frames_with_values(n, images)
-    return recorded_images(
+    return recorded(
         name,
         images,
         GroundTruth(regions.boxes, annotated=regions.annotated),

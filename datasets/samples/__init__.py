@@ -55,24 +55,13 @@ class _Samples:
             raise SequenceError(
                 f"{name}: unknown option {quote(next(iter(options)))}. Options: none."
             )
-        # imported here, because it loads a video decoder
-        from trackmark.datasets.recorded import recorded
-        from trackmark.datasets.video_frames import VideoFrames
+        from trackmark.datasets.recorded import recorded  # imported here, because it loads decoders
 
         if not CLIP.is_file():
             raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
         truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
-        frames = VideoFrames(CLIP)
-        return recorded(
-            name,
-            frames,
-            [CLIP],
-            truth_file.read(truth),
-            truth,
-            fps=frames.fps,
-            image_size=SIZE,
-            digests=_digests,
-        )
+        rows = truth_file.read(truth)
+        return recorded(name, CLIP, rows, truth, image_size=SIZE, digests=_digests)
 
 
 def _digests(files: abc.Sequence[Path]) -> list[str]:
