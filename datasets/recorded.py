@@ -68,8 +68,8 @@ def recorded(
     images: list[Path] | Path,
     truth: GroundTruth | None,
     truth_source: Path | None,
-    *,
     truth_missing: str = "",
+    *,
     fps: float | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
@@ -104,12 +104,12 @@ def recorded(
     """
     frames: Frames
     if isinstance(images, list):
-        frames, files = ImageFiles(images), images
+        frames, files, frame_names = ImageFiles(images), images, [file.name for file in images]
     else:
         # imported here, because it loads a video decoder
         from trackmark.datasets.video_frames import VideoFrames
 
-        frames, files = VideoFrames(images), [images]
+        frames, files, frame_names = VideoFrames(images), [images], None
         fps = frames.fps
     if truth is not None and _has_one_row(truth):
         truth = _with_all_frames(truth, len(frames))
@@ -131,7 +131,7 @@ def recorded(
         fps=fps,
         masks=masks,
         shapes=None if shapes is None else shapes.extended(n),
-        frame_names=[file.name for file in images] if isinstance(images, list) else None,
+        frame_names=frame_names,
         truth_source=str(truth_source or ""),
         truth_missing=truth_missing,
         frame_values={key: _extended(x, n, 0.0) for key, x in (frame_values or {}).items()},

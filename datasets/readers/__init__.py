@@ -14,9 +14,9 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
-from trackmark.datasets.file_digest import TICK_NS
+from trackmark.datasets.file_digest import TICK_NS, file_stamp
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
+from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.layouts import LAYOUT_VARIABLE, Layout, layouts
 from trackmark.datasets.readers.rows import RowsReader
 from trackmark.datasets.recorded import Choice
@@ -30,7 +30,6 @@ __all__ = [
     "options",
     "path_format",
     "read",
-    "reads",
     "sequence_paths",
     "sequences_in",
 ]
@@ -73,27 +72,18 @@ class Reader(Protocol):
         ...
 
 
-class _Format(NamedTuple):
-    """Layout, and the reader of its data."""
-
-    layout: Layout
-    reader: Reader
-
-
 def formats() -> dict[str, str]:
     """Return the layouts in words by name."""
     return {name: layout.in_words for name, layout in layouts().items()}
 
 
-def reads(path: Path) -> bool:
-    """Return whether a reader recognises the path, which in some formats is only a name."""
-    return _find_format(path) is not None
-
-
 def path_format(path: Path) -> str:
-    """Return the layout that the reader of a path expects, or "" if no reader recognises it."""
-    data_format = _find_format(path)
-    return "" if data_format is None else data_format.layout.in_words
+    """Return the layout that the reader of a path expects, or "" if no reader recognises it.
+
+    In some formats, a path is only a name and does not exist.
+    """
+    layout = _find_layout(path)
+    return "" if layout is None else layout.in_words
 
 
 def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
@@ -101,11 +91,11 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
 
     `is_named`: the user gave this path, and not a folder or a pattern that selects it.
     """
-    data_format = _find_format(path)
+    layout = _find_layout(path)
     with _named_errors(path):
-        if data_format is None:
+        if layout is None:
             return []
-        reader = data_format.reader
+        reader = _reader(layout)
         if is_named and getattr(reader, "PATH_IS_ONE_TARGET", False):
             return [path]
         with suppress(SequenceError):  # the error is raised when the sequence is opened
@@ -113,8 +103,13 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
         return [path]
 
 
-def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = ()) -> list[Path]:
+def sequences_in(
+    folder: Path, pattern: str = "*", excluded: Collection[str] = ()
+) -> tuple[list[Path], dict[str, str]]:
     """Return the sequences in a folder and its subfolders, in natural order of their names.
+
+    The second value has the messages on sequences that are incomplete, or missing although
+    `list.txt` names them, by name.
 
     Folders inside a sequence and names that start with a dot are skipped. If there is a `list.txt`,
     only the sequences that it lists are returned.
@@ -122,18 +117,13 @@ def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = (
     `pattern` is a pattern of sequence names with `*` and `?`; `excluded` are patterns of names that
     are left out, even if the sequences are incomplete.
 
-    Raises `SequenceError` for an unreadable folder, and one `SequenceError` for all sequences that
-    are incomplete, or missing although `list.txt` names them.
+    Raises `SequenceError` for an unreadable folder.
     """
     search = _Search(pattern, excluded)
     with _named_errors(folder):
         if _all_marks(folder):
             raise SequenceError(f"{_not_recognised(folder)} {_ADD_FILES}")
-        sequences = list(_walk(folder, search, _MAX_DEPTH))
-    if search.problems:
-        n = len(sequences) + len(search.problems)
-        raise UnusableSequencesError(search.problems, n, [*map(str, sequences)])
-    return sequences
+        return list(_walk(folder, search, _MAX_DEPTH)), search.problems
 
 
 @dataclass(frozen=True)
@@ -177,7 +167,8 @@ def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
 
 def _list_members(folder: Path) -> tuple[list[Path], str]:
     """Return the sequences of a dataset with its own folder layout, and the expected layout."""
-    for layout, reader in _formats():
+    for layout in layouts().values():
+        reader = _reader(layout)
         if hasattr(reader, "list_members") and (members := reader.list_members(folder)):
             return members, layout.in_words
     return [], ""
@@ -187,7 +178,7 @@ def _listed_members(folder: Path, search: _Search) -> list[Path]:
     """Return the sequences that `list.txt` names; empty if there is no list."""
     names = folder / LIST
     members = {path.name: path for path in _visible_paths(folder)} if names.is_file() else {}
-    if not any(map(reads, members.values())):
+    if not any(map(path_format, members.values())):
         return []
     listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
     for line, name in enumerate(listed, 1):
@@ -234,9 +225,9 @@ def options(path: Path) -> list[dict[str, Any]]:
 
     Raises `SequenceError` if the data cannot be read.
     """
-    data_format = _find_format(path)
+    layout = _find_layout(path)
     with _named_errors(path):
-        choice = Choice() if data_format is None else _choice(path, data_format.reader)
+        choice = Choice() if layout is None else _choice(path, _reader(layout))
         return [choice.description()] if choice.values else []
 
 
@@ -294,16 +285,15 @@ def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
     with _named_errors(path):
         for root in {root for root in roots if root.exists()}:
             for file in [root, *(os.scandir(root) if root.is_dir() else ())]:
-                status = file.stat()
-                stamps[os.fspath(file)] = status.st_size, status.st_mtime_ns
+                stamps[os.fspath(file)] = file_stamp(file)
     return stamps
 
 
 def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> Sequence:
-    data_format = _find_format(path)
-    if data_format is None:
+    layout = _find_layout(path)
+    if layout is None:
         raise SequenceError(_not_recognised(path))
-    layout, reader = data_format
+    reader = _reader(layout)
     with _named_errors(path):
         value = _choice(path, reader).selected(path, option_values) if option_values else ""
         sequence = reader.read(path, truth, value)
@@ -369,15 +359,14 @@ def _licence(path: Path) -> str:
     return f"see {folder / licences[0]}" if licences else ""
 
 
-def _find_format(path: Path) -> _Format | None:
-    """Return the format of a path."""
+def _find_layout(path: Path) -> Layout | None:
+    """Return the layout of a path."""
     with _named_errors(path):
         full = path.resolve()
-        for candidate in _formats():
+        for layout in layouts().values():
             # Resolving a path takes as long as all other work of a layout.
-            is_rows = isinstance(candidate.reader, RowsReader)
-            if candidate.reader.recognises(full if is_rows else path):
-                return candidate
+            if _reader(layout).recognises(path if layout.reader else full):
+                return layout
         return None
 
 
@@ -391,12 +380,8 @@ def _named_errors(path: Path) -> Iterator[None]:
         raise SequenceError(f"{quote(str(file))}: cannot be read ({error.strerror}).") from None
 
 
-def _formats() -> list[_Format]:
-    """Return all formats in the order in which they are tried."""
-    return [_Format(layout, _reader(layout)) for layout in layouts().values()]
-
-
 def _reader(layout: Layout) -> Reader:
+    """Return the reader of a layout."""
     if not layout.reader:
         return RowsReader(layout)
     return cast(Reader, importlib.import_module(f"{__name__}.{layout.reader}"))

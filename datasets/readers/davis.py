@@ -22,7 +22,7 @@ from PIL import Image
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, decoding
-from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.file_digest import file_digests, file_stamp
 from trackmark.datasets.image_files import (
     image_files,
     image_size,
@@ -109,19 +109,18 @@ class _Object:
 
 def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
     """Read all masks and return the objects by number, sorted; see `_cached_objects`."""
-    stamps = tuple((file, file.stat().st_size, file.stat().st_mtime_ns) for file in masks)
-    return _cached_objects(images[0], stamps)
+    return _cached_objects(images[0], tuple((file, file_stamp(file)) for file in masks))
 
 
 @lru_cache(maxsize=64)
 def _cached_objects(
-    first_image: Path, stamps: tuple[tuple[Path, int, int], ...]
+    first_image: Path, stamps: tuple[tuple[Path, tuple[int, int]], ...]
 ) -> dict[str, _Object]:
     """Read all masks; a folder is listed and its objects are opened from one reading.
 
-    `stamps` are the mask files, with size and modification time, by which changes are noticed.
+    `stamps` are the mask files with their stamps.
     """
-    masks = [file for file, _, _ in stamps]
+    masks = [file for file, _ in stamps]
     width, height = size_of_first([first_image])
     boxes: dict[int, Array] = {}
     for frame, file in enumerate(masks):

@@ -15,10 +15,11 @@ from trackmark.datasets import truth_file
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    as_boxes,
     check_row_count,
     count_columns,
     frames_with_values,
-    read_boxes,
+    read_rows,
 )
 from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
@@ -72,7 +73,8 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
             )
         target = value or next(iter(targets))
         source = targets[target]
-        rows = GroundTruth(read_boxes(source, origin=FIRST_PIXEL))
+        numbers = read_rows(source, {4}, "four numbers, x y width height")
+        rows = GroundTruth(as_boxes(numbers, source, FIRST_PIXEL))
         n_rows = len(rows.boxes)
         if int(files[0].stem) == 0 and n_rows not in (1, len(files)):
             raise SequenceError(

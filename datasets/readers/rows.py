@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
+from trackmark.datasets.file_digest import file_stamp
 from trackmark.datasets.image_files import (
     check_frame_numbers,
     digits_of_name,
@@ -25,16 +26,19 @@ from trackmark.datasets.image_files import (
 from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.layouts import BOX, CORNERS, Layout
 from trackmark.datasets.number_files import (
+    POLYGON,
     as_boxes,
-    check_form,
+    box_of_region,
     check_line,
     check_row_count,
+    enclosing_boxes,
     field_fps,
     frames_with_values,
     parse_numbers,
     read_fields,
     read_flags,
     read_integers,
+    read_lines,
     read_rows,
     split_line,
 )
@@ -43,7 +47,6 @@ from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import MAX_FRAMES, GroundTruth
 
 _POINTS = tuple(f"{axis}{number}" for number in range(1, 100) for axis in "xy")
-_POLYGON = 8  # numbers of a polygon of four corners
 # Other columns are flags. Those that mean neither presence nor absence are attributes.
 _NUMBERS, _TEXTS = {*BOX, *CORNERS, *_POINTS, "frame", "last"}, ("-", "name")
 _NO_ATTRIBUTES = {*_NUMBERS, "absent", "present", "flag"}
@@ -326,8 +329,7 @@ class RowsReader:
 
     def _raw_truth(self, source: Path) -> Mapping[str, Any]:
         """Return the content of a JSON file, or the lines of all sequences in a file by name."""
-        status, names = source.stat(), self.layout.columns.split()
-        stamp = status.st_size, status.st_mtime_ns
+        stamp, names = file_stamp(source), self.layout.columns.split()
         columns = tuple(index for index, name in enumerate(names) if name == "name")
         is_json = bool(self.layout.json_keys)
         raw_truth = _read_json(source, stamp) if is_json else _lines_by_name(source, stamp, columns)
@@ -349,17 +351,17 @@ class RowsReader:
 
     def _json_rows(self, location: _Location) -> _Rows:
         """Return the boxes of a JSON file; an empty list is a frame without a box."""
-        keys, rows, columns = self.layout.json_keys, list[Array](), {}
+        keys, rows, columns = self.layout.json_keys, list[list[float]](), {}
         for frame, row in enumerate(self._json_list(location, keys["boxes"])):
             values = parse_numbers(
                 " ".join(map(str, row or [np.nan] * 4)) if isinstance(row, list) else ""
             )
-            if len(values) not in (4, _POLYGON):
+            if len(values) not in (4, POLYGON):
                 raise SequenceError(
                     f"{location.truth}: {keys['boxes']} of frame {frame} is {quote(str(row))}. "
                     "Expected: x, y, width, height, or the four corners of a polygon."
                 )
-            rows.append(np.array(values) if len(values) == 4 else _around(np.array([values]))[0])
+            rows.append(box_of_region(values))
         if "present" in keys:
             flags = self._json_list(location, keys["present"])
             if len(flags) != len(rows) or not {*map(str, flags)} <= {"0", "1"}:
@@ -375,13 +377,11 @@ class RowsReader:
         source, columns = location.truth, self.layout.columns.split()
         is_open = columns[-1] == "..."
         columns = columns[: len(columns) - is_open]
-        lines = [*enumerate(truth_file.read_text(source).rstrip().splitlines(), 1)]
-        lines = self._raw_truth(source)[location.name] if self._is_shared else lines
+        lines = self._raw_truth(source)[location.name] if self._is_shared else read_lines(source)
         rows: list[list[float]] = []
         for line_number, line in lines:
-            check_line(line, line_number, source)
             row_text = " ".join(line.split()[: len(columns)]) if is_open else line
-            check_form(row_text, line_number, source)
+            check_line(row_text, line_number, source)
             row = _values(split_line(row_text), columns)
             if not row:
                 row_name = "box" if columns == [*BOX] else f"row of {self.layout.title}"
@@ -390,8 +390,6 @@ class RowsReader:
                     f"Expected: {self.layout.columns}."
                 )
             rows.append(row)
-        if not rows:
-            raise SequenceError(f"{source}: there are no rows. Expected: one row per frame.")
         names = [name for name in columns if name not in _TEXTS]
         table = dict(zip(names, np.array(rows).T, strict=True))
         return _Rows(_as_rows(table), table, [line_number for line_number, _ in lines])
@@ -456,16 +454,7 @@ def _as_rows(table: Mapping[str, Array]) -> Array:
     if "left" in table:
         left, top, right, bottom = (table[name] for name in CORNERS)
         return np.column_stack([left, top, right - left, bottom - top])
-    return _around(np.column_stack([table[name] for name in _POINTS if name in table]))
-
-
-def _around(points: Array) -> Array:
-    """Return the smallest upright boxes around points x1, y1, x2, y2, …, one row per frame."""
-    low, high = (
-        np.column_stack([side(points[:, axis::2], axis=1) for axis in (0, 1)])
-        for side in (np.min, np.max)
-    )
-    return np.column_stack([low, high - low])
+    return enclosing_boxes(np.column_stack([table[name] for name in _POINTS if name in table]))
 
 
 def _check_frames(rows: _Rows, source: Path, spacing: str, first: int) -> None:
@@ -493,7 +482,7 @@ def _check_frames(rows: _Rows, source: Path, spacing: str, first: int) -> None:
 
 @lru_cache(maxsize=4)
 def _read_json(source: Path, stamp: tuple[int, int]) -> Mapping[str, Any]:
-    """Read a JSON object; `stamp` is size and modification time, by which changes are noticed."""
+    """Read a JSON object; see `file_stamp`."""
     try:
         json_object = json.loads(truth_file.read_text(source))
     except (json.JSONDecodeError, RecursionError) as error:

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from trackmark.datasets import truth_file
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
+from trackmark.datasets.truth_file import read_given_or_default
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
 
@@ -16,9 +16,5 @@ def recognises(path: Path) -> bool:
 
 def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name is read if it exists."""
-    return recorded(
-        path.resolve().name,
-        path,
-        *truth_file.read_given_or_default(truth, path.with_suffix(".csv")),
-        truth_missing=truth_file.unread_file_hint(path.with_suffix(".csv"), path.stem),
-    )
+    ground_truth = read_given_or_default(truth, path.with_suffix(".csv"), path.stem)
+    return recorded(path.resolve().name, path, *ground_truth)

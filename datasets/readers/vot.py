@@ -14,11 +14,9 @@ methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
@@ -28,11 +26,11 @@ from trackmark.datasets.image_files import (
     numbered_images,
     size_of_first,
 )
-from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
+from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import (
     as_boxes,
+    box_of_region,
     check_decimals,
-    check_form,
     check_line,
     check_row_count,
     field_fps,
@@ -41,6 +39,7 @@ from trackmark.datasets.number_files import (
     parse_numbers,
     read_fields,
     read_flags,
+    read_lines,
     read_rows,
     split_line,
 )
@@ -90,23 +89,23 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
     target = value or next(iter(truths))
     source = truths[target] if target else field_path(fields, "groundtruth", path / FIELDS, TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
-    regions = _read_regions(source, images)
-    n = len(regions.boxes)
+    ground_truth, shapes = _read_regions(source, images)
+    n = len(ground_truth.boxes)
     if (path.resolve().name, len(images), n) not in PARTIAL:
         check_row_count(n, images, source)
     n_values = frames_with_values(n, images)
     return recorded(
         name,
         images,
-        GroundTruth(regions.boxes, annotated=regions.annotated),
+        ground_truth,
         source,
         fps=field_fps(fields, "fps", path / FIELDS),
         attributes=read_flags(_files(path, ["*.tag", "*.label"]), n_values, padded=True),
         frame_values={
             file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])
         },
-        masks=regions.mask if regions.size != (0, 0) else None,
-        shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
+        masks=None if shapes is None else shapes.mask,
+        shapes=shapes,
         digests=lambda files: file_digests([*files, source]),
     )
 
@@ -119,25 +118,9 @@ def _truth_files(path: Path) -> dict[str, Path]:
     return {file.stem.removeprefix(OBJECT): file for file in files}
 
 
-@dataclass(frozen=True)
-class _Regions:
-    """Ground truth of all frames."""
-
-    boxes: Array  # (n, 4); NaN if the target is absent or the frame is not annotated
-    annotated: NDArray[np.bool_]  # (n,)
-    # polygon or mask by frame; a frame with a box has none
-    shapes: Mapping[int, Array | EncodedMask]
-    size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
-
-    def mask(self, frame: int) -> Mask | None:
-        """Return the mask of a frame, or None if its region is not a mask."""
-        shape = self.shapes.get(frame)
-        return shape.decode(self.size) if isinstance(shape, EncodedMask) else None
-
-
-def _read_regions(path: Path, images: list[Path]) -> _Regions:
-    """Read boxes, polygons and masks of all frames."""
-    lines = truth_file.read_text(path).rstrip().splitlines()
+def _read_regions(path: Path, images: list[Path]) -> tuple[GroundTruth, Shapes | None]:
+    """Read boxes, and polygons and masks if there are any."""
+    lines = [line for _, line in read_lines(path)]
     size = (0, 0)
     if any(line.lstrip().startswith("m") for line in lines):
         size = size_of_first(images)
@@ -147,7 +130,6 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
     polygons: dict[int, Array] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
-        check_form(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
                 masks[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
@@ -155,17 +137,19 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
             else:
                 row = _parse_row(line)
                 annotated[frame] = row != _NOT_ANNOTATED
-                boxes[frame] = _box(row)
+                boxes[frame] = box_of_region(row)
                 if len(row) > 4:
                     polygons[frame] = np.array(row).reshape(-1, 2)
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
-    if not lines:
-        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     check_decimals(lines, path)
     boxes = as_boxes(boxes, path)
     polygons = {frame: polygon for frame, polygon in polygons.items() if boxes[frame, 2] >= 0.0}
-    return _Regions(boxes, annotated, {**masks, **polygons}, size)
+    shapes: dict[int, Array | EncodedMask] = {**masks, **polygons}
+    return (
+        GroundTruth(boxes, annotated=annotated),
+        Shapes(shapes, range(len(lines)), size) if shapes else None,
+    )
 
 
 def _parse_row(line: str) -> list[float]:
@@ -179,16 +163,6 @@ def _parse_row(line: str) -> list[float]:
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
         raise ValueError(f"{quote(line.strip())} is not a region. Expected: {_ROW}")
     return row
-
-
-def _box(row: list[float]) -> list[float]:
-    """Return the box around the box or polygon of a row; NaN if there is none."""
-    if len(row) < 4:
-        return [np.nan] * 4
-    if len(row) == 4:
-        return row
-    points = np.array(row).reshape(-1, 2)
-    return [*points.min(axis=0), *np.ptp(points, axis=0)]
 
 
 def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
