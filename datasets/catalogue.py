@@ -200,18 +200,18 @@ def _paths_matching(spec: str, excluded: Collection[str]) -> list[str]:
     errors: dict[str, str] = {}
     for match in sorted(matches, key=lambda match: natural_order(str(match))):
         try:
-            found = readers.sequence_paths(match, is_named=not is_pattern)
-            if not found:
-                found, problems = readers.sequences_in(match, excluded=excluded)
+            sequences = readers.sequence_paths(match, is_named=not is_pattern)
+            if not sequences:
+                sequences, problems = readers.sequences_in(match, excluded=excluded)
                 errors |= problems
-            paths += map(str, found)
+            paths += map(str, sequences)
         except SequenceError as error:
             if not is_pattern:
                 raise
             errors[match.name] = str(error)
     if is_pattern and not (paths or errors):  # the sequences can be in subfolders
-        found, errors = readers.sequences_in(path.parent, path.name, excluded)
-        paths += map(str, found)
+        sequences, errors = readers.sequences_in(path.parent, path.name, excluded)
+        paths += map(str, sequences)
     if errors:
         n = len(errors) + len(paths)
         errors |= _errors_of(paths)

@@ -43,8 +43,8 @@ class Choice:
         Raises `SequenceError` naming the path for another option or value.
         """
         for unknown in sorted(options.keys() - {self.name}):
-            known = self.name or "none"
-            raise SequenceError(f"{path}: unknown option {quote(unknown)}. Options: {known}.")
+            valid = self.name or "none"
+            raise SequenceError(f"{path}: unknown option {quote(unknown)}. Options: {valid}.")
         value = options[self.name]
         if value not in self.values:
             raise SequenceError(
