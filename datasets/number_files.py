@@ -2,7 +2,7 @@
 
 import re
 from collections import abc
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from math import isinf, nan
 from pathlib import Path
 
@@ -242,45 +242,46 @@ def read_flags(
     }
 
 
-def read_fields(path: Path) -> dict[str, str]:
-    """Read the fields of a file with lines `key=value` or `key: value`; other lines are skipped.
+class Fields(dict[str, str]):
+    """Fields of a file with lines `key=value` or `key: value`; other lines are skipped.
 
-    Raises `SequenceError` for a file with NUL characters: fields contain file names.
+    There are none if the file is missing. Raises `SequenceError` for a file with NUL characters:
+    fields contain file names.
     """
-    fields_text = read_text(path)
-    if "\0" in fields_text:
-        raise SequenceError(f"{path}: not a text file. Download the file again.")
-    matches = (_FIELD.fullmatch(line.strip()) for line in fields_text.splitlines())
-    return {match[1]: match[2] for match in matches if match}
 
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        fields_text = read_text(path) if path.is_file() else ""
+        if "\0" in fields_text:
+            raise SequenceError(f"{path}: not a text file. Download the file again.")
+        matches = (_FIELD.fullmatch(line.strip()) for line in fields_text.splitlines())
+        super().__init__({match[1]: match[2] for match in matches if match})
 
-def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
-    """Return the frame rate in a field, such as `30` or `30 Hz` [frames/s]; None if it is missing.
+    def fps(self, key: str) -> float | None:
+        """Return the frame rate in a field, such as `30` or `30 Hz`; None if it is missing.
 
-    Raises `SequenceError` naming file and field if its value is not a frame rate.
-    """
-    if key not in fields:
-        return None
-    values = parse_numbers(fields[key].lower().removesuffix("hz"))
-    if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
-        raise SequenceError(f"{path}: {key} is {quote(fields[key])}. Expected: frames per second.")
-    return values[0]
+        Raises `SequenceError` naming file and field if its value is not a frame rate.
+        """
+        if key not in self:
+            return None
+        values = parse_numbers(self[key].lower().removesuffix("hz"))
+        if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
+            raise SequenceError(
+                f"{self.path}: {key} is {quote(self[key])}. Expected: frames per second."
+            )
+        return values[0]
 
+    def location(self, key: str, default: str = "") -> Path:
+        """Return the file or folder that a field names, or `default`, in the folder of the fields.
 
-def field_path(fields: Mapping[str, str], key: str, path: Path, default: str = "") -> Path:
-    """Return the file or folder that a field names.
-
-    `path` is the file with the fields; the result is inside the folder of this file. `default` is
-    the name in this folder that is used if the field is missing.
-
-    Raises `SequenceError` naming file and field if the value leads out of that folder.
-    """
-    relative = Path(fields.get(key, default).replace("\\", "/"))
-    if relative.is_absolute() or ".." in relative.parts:
-        raise SequenceError(
-            f"{path}: {key} is {quote(fields[key])}. Expected: a path inside this folder."
-        )
-    return path.parent / relative
+        Raises `SequenceError` naming file and field if the value leads out of this folder.
+        """
+        relative = Path(self.get(key, default).replace("\\", "/"))
+        if relative.is_absolute() or ".." in relative.parts:
+            raise SequenceError(
+                f"{self.path}: {key} is {quote(self[key])}. Expected: a path inside this folder."
+            )
+        return self.path.parent / relative
 
 
 def count_columns(path: Path) -> int:

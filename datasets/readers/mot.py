@@ -18,13 +18,7 @@ from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
-from trackmark.datasets.number_files import (
-    as_boxes,
-    field_fps,
-    field_path,
-    read_fields,
-    read_rows,
-)
+from trackmark.datasets.number_files import Fields, as_boxes, read_rows
 from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
 
@@ -52,9 +46,9 @@ def choice(path: Path) -> Choice:
 def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the sequence of one target, by default the target in most frames."""
     name = path.resolve().name
-    fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    images = _images(field_path(fields, "imDir", path / FIELDS, IMAGES))
-    fps = field_fps(fields, "frameRate", path / FIELDS)
+    fields = Fields(path / FIELDS)
+    images = _images(fields.location("imDir", IMAGES))
+    fps = fields.fps("frameRate")
     length = fields.get("seqLength", str(len(images)))
     if length != str(len(images)):
         raise SequenceError(

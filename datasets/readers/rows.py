@@ -27,15 +27,14 @@ from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.layouts import BOX, CORNERS, Layout
 from trackmark.datasets.number_files import (
     POLYGON,
+    Fields,
     as_boxes,
     box_of_region,
     check_line,
     check_row_count,
     enclosing_boxes,
-    field_fps,
     frames_with_values,
     parse_numbers,
-    read_fields,
     read_flags,
     read_integers,
     read_lines,
@@ -121,11 +120,8 @@ class RowsReader:
         name = location.name
         if layout.option and value != layout.values[0]:
             name = f"{name}:{layout.option}={value}"
-        fields_file = self._file(location, layout.fields)
-        fields = read_fields(fields_file) if layout.fields and fields_file.is_file() else {}
-        fps = field_fps(fields, layout.fps, fields_file)
-        if layout.fps == "option":
-            fps = float(value)
+        fields = Fields(self._file(location, layout.fields))
+        fps = float(value) if layout.fps == "option" else fields.fps(layout.fps)
         if truth is not None:
             images = self._images(location, None)
             return recorded(name, images, truth_file.read(truth), truth, fps=fps)

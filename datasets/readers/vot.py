@@ -13,7 +13,7 @@ next to `groundtruth.txt`, the current one in `color/`. Since 2023, a folder has
 methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
@@ -28,16 +28,14 @@ from trackmark.datasets.image_files import (
 )
 from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    Fields,
     as_boxes,
     box_of_region,
     check_decimals,
     check_line,
     check_row_count,
-    field_fps,
-    field_path,
     frames_with_values,
     parse_numbers,
-    read_fields,
     read_flags,
     read_lines,
     read_rows,
@@ -79,15 +77,13 @@ def choice(path: Path) -> Choice:
 
 def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder: `*.tag` and `*.label` are attributes, `*.value` are frame values."""
-    name, fields = path.resolve().name, {}
-    if (path / FIELDS).is_file():
-        fields = read_fields(path / FIELDS)
+    name, fields = path.resolve().name, Fields(path / FIELDS)
     images = numbered_images(_image_folder(path, fields), 1)
     if truth is not None:
         return recorded(name, images, truth_file.read(truth), truth)
     truths = _truth_files(path)
     target = value or next(iter(truths))
-    source = truths[target] if target else field_path(fields, "groundtruth", path / FIELDS, TRUTH)
+    source = truths[target] if target else fields.location("groundtruth", TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
     ground_truth, shapes = _read_regions(source, images)
     n = len(ground_truth.boxes)
@@ -99,7 +95,7 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
         images,
         ground_truth,
         source,
-        fps=field_fps(fields, "fps", path / FIELDS),
+        fps=fields.fps("fps"),
         attributes=read_flags(_files(path, ["*.tag", "*.label"]), n_values, padded=True),
         frame_values={
             file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])
@@ -182,12 +178,12 @@ def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
     return EncodedMask(x, y, width, height, np.array(runs, np.int64))
 
 
-def _image_folder(path: Path, fields: Mapping[str, str]) -> Path:
+def _image_folder(path: Path, fields: Fields) -> Path:
     """Return the folder of the images; if there are several channels, of the colour images."""
     channels = [key for key in fields if key.startswith("channels.")]
     key = "channels.color" if "channels.color" in channels or not channels else channels[0]
     if key in fields:
-        pattern = field_path(fields, key, path / FIELDS)
+        pattern = fields.location(key)
         return pattern.parent if pattern.suffix else pattern
     return path / "color" if (path / "color").is_dir() else path
 
