@@ -77,7 +77,7 @@ def recorded(
     frame_values: Mapping[str, Array] | None = None,
     image_size: tuple[int, int] | None = None,
     description: str = "",
-    digests: Callable[[abc.Sequence[Path]], list[str]] = file_digests,
+    further_files: abc.Sequence[Path] = (),
 ) -> Sequence:
     """Return the sequence of image files or of a video.
 
@@ -97,8 +97,8 @@ def recorded(
         File of the ground truth.
     description : str
         See `Origin`.
-    digests : callable
-        Function that returns the digests of the files that are read, including mask files.
+    further_files : sequence of Path
+        Other files that belong to the fingerprint, such as masks.
     truth_missing, fps, attributes, masks, shapes, frame_values, image_size
         See `Sequence`.
     """
@@ -124,7 +124,7 @@ def recorded(
         frames,
         boxes,
         malformed=malformed,
-        fingerprint=lambda: _fingerprint(sequence, digests(read)),
+        fingerprint=lambda: _fingerprint(sequence, file_digests([*read, *further_files])),
         annotated=None if truth is None else truth.annotated_frames,
         visibility=None if truth is None else truth.visibility,
         attributes={key: _extended(x, n, fill=False) for key, x in (attributes or {}).items()},

@@ -22,7 +22,7 @@ from PIL import Image
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, decoding
-from trackmark.datasets.file_digest import file_digests, file_stamp
+from trackmark.datasets.file_digest import file_stamp
 from trackmark.datasets.image_files import (
     image_files,
     image_size,
@@ -90,7 +90,7 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
         GroundTruth(boxes, annotated=annotated),
         masks[0].parent,
         masks=lambda frame: target.mask(images[frame].stem),
-        digests=lambda files: file_digests([*files, *masks]),
+        further_files=masks,
     )
 
 

@@ -20,7 +20,6 @@ import numpy as np
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
-from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import (
     image_files,
     numbered_images,
@@ -102,7 +101,7 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
         },
         masks=None if shapes is None else shapes.mask,
         shapes=shapes,
-        digests=lambda files: file_digests([*files, source]),
+        further_files=[source],
     )
 
 

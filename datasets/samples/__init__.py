@@ -4,7 +4,6 @@ A man talks in a moving car, 176x144 pixels, 120 frames. The ground-truth files 
 marked by eye; their first lines describe the procedure and its accuracy.
 """
 
-from collections import abc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -59,17 +58,10 @@ class _Samples:
 
         if not CLIP.is_file():
             raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
+        if file_digests([CLIP]) != [CLIP_SHA256]:
+            raise SequenceError(f"{CLIP}: this is not the clip that was annotated. {REINSTALL}")
         truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
-        rows = truth_file.read(truth)
-        return recorded(name, CLIP, rows, truth, image_size=SIZE, digests=_digests)
-
-
-def _digests(files: abc.Sequence[Path]) -> list[str]:
-    """Return the digests of the files after a check that the clip is the annotated one."""
-    digests = file_digests(files)
-    if digests != [CLIP_SHA256]:
-        raise SequenceError(f"{files[0]}: this is not the clip that was annotated. {REINSTALL}")
-    return digests
+        return recorded(name, CLIP, truth_file.read(truth), truth, image_size=SIZE)
 
 
 SUITE = _Samples()
