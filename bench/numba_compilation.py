@@ -84,6 +84,8 @@ def _lock_cache(on_compile: Callable[[], None]) -> None:
     from numba.core.dispatcher import Dispatcher
 
     compile_or_load = Dispatcher.compile
+    if hasattr(compile_or_load, "__wrapped__"):  # by an earlier call of `prepare_numba`
+        return  # a second lock of the same file would wait for the first one
 
     @wraps(compile_or_load)
     def compile_alone(kernel: Any, *arguments: Any) -> Any:

@@ -1,7 +1,6 @@
 """Catalogue of sequences: built-in names, paths of recorded data, patterns and options."""
 
-from collections.abc import Collection, Iterator, Mapping
-from contextlib import contextmanager
+from collections.abc import Collection, Mapping
 from difflib import get_close_matches
 from fnmatch import fnmatchcase
 from functools import cache
@@ -200,12 +199,19 @@ def _paths_matching(spec: str, excluded: Collection[str]) -> list[str]:
     paths: list[str] = []
     errors: dict[str, str] = {}
     for match in sorted(matches, key=lambda match: natural_order(str(match))):
-        with _collected(errors, paths, match.name if is_pattern else ""):
+        try:
             sequences = readers.sequence_paths(match, is_named=not is_pattern)
-            paths += map(str, sequences or readers.sequences_in(match, excluded=excluded))
+            if not sequences:
+                sequences, problems = readers.sequences_in(match, excluded=excluded)
+                errors |= problems
+            paths += map(str, sequences)
+        except SequenceError as error:
+            if not is_pattern:
+                raise
+            errors[match.name] = str(error)
     if is_pattern and not (paths or errors):  # the sequences can be in subfolders
-        with _collected(errors, paths):
-            paths += map(str, readers.sequences_in(path.parent, path.name, excluded))
+        sequences, errors = readers.sequences_in(path.parent, path.name, excluded)
+        paths += map(str, sequences)
     if errors:
         n = len(errors) + len(paths)
         errors |= _errors_of(paths)
@@ -224,23 +230,6 @@ def _paths_matching(spec: str, excluded: Collection[str]) -> list[str]:
         f"{quote(spec)} matches no sequence, and no file or folder that a reader recognises. "
         f"Similar built-in names: {similar} (`trackmark list sequences` lists all)."
     )
-
-
-@contextmanager
-def _collected(errors: dict[str, str], paths: list[str], name: str = "") -> Iterator[None]:
-    """Add the errors of unusable sequences to `errors`, and the other sequences to `paths`.
-
-    `name` is the name of the folder in which they are; without it, other errors are raised.
-    """
-    try:
-        yield
-    except UnusableSequencesError as error:
-        errors |= error.errors
-        paths += error.usable
-    except SequenceError as error:
-        if not name:
-            raise
-        errors[name] = str(error)
 
 
 def _errors_of(paths: list[str]) -> dict[str, str]:
@@ -294,7 +283,7 @@ def load(name_or_path: str | Path, truth: str | Path | None = None) -> Sequence:
     from trackmark.datasets import readers  # imported here, because it loads decoders
 
     path, options = _split_path(spec)
-    if not path.exists() and not readers.reads(path):
+    if not path.exists() and not readers.path_format(path):
         raise _unknown_sequence(spec, Path(spec).expanduser())
     truth_file = None if truth is None else _checked_path(str(truth))
     if truth_file is not None and not truth_file.is_file():

@@ -24,6 +24,12 @@ _Entries = dict[str, tuple[int, int, str]]  # size, modification time [ns] and d
 _ENTRIES = TypeAdapter(_Entries)
 
 
+def file_stamp(file: Path | os.DirEntry[str]) -> tuple[int, int]:
+    """Return size [bytes] and modification time [ns], by which changes are noticed."""
+    status = file.stat()
+    return status.st_size, status.st_mtime_ns
+
+
 def cache_folder() -> Path:
     """Return the folder of cached results: `$TRACKMARK_CACHE`, or a folder in the user's cache."""
     folder = os.environ.get("TRACKMARK_CACHE")
@@ -56,22 +62,20 @@ def file_digests(files: abc.Sequence[Path]) -> list[str]:
     digests = []
     for path in paths:
         try:
-            status = path.stat()
-            stamp = (status.st_size, status.st_mtime_ns)
+            stamp = file_stamp(path)
             cached_file = cached.get(str(path))
             if cached_file is not None and cached_file[:2] == stamp:
                 digest = cached_file[2]
             else:
                 with path.open("rb") as file:
                     digest = hashlib.file_digest(file, "sha256").hexdigest()
-                if time.time_ns() - status.st_mtime_ns > TICK_NS:
+                if time.time_ns() - stamp[1] > TICK_NS:
                     added[str(path)] = (*stamp, digest)
         except OSError as error:
             raise SequenceError(f"{path}: cannot be read ({error}).") from error
         digests.append(digest)
     if added:
-        with suppress(OSError):
-            _write_cache(cache, cached | added)
+        write_cache(cache, _ENTRIES.dump_json(cached | added))
     return digests
 
 
@@ -82,8 +86,10 @@ def _read_cache(cache: Path) -> _Entries:
         return {}
 
 
-def _write_cache(cache: Path, digests: _Entries) -> None:
-    cache.parent.mkdir(parents=True, exist_ok=True)
-    with NamedTemporaryFile(dir=cache.parent, delete=False) as file:
-        file.write(_ENTRIES.dump_json(digests))
-    Path(file.name).replace(cache)
+def write_cache(cache: Path, content: bytes) -> None:
+    """Write or replace a cache file as a whole; do nothing if it cannot be written."""
+    with suppress(OSError):
+        cache.parent.mkdir(parents=True, exist_ok=True)
+        with NamedTemporaryFile(dir=cache.parent, delete=False) as file:
+            file.write(content)
+        Path(file.name).replace(cache)

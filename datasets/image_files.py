@@ -11,7 +11,7 @@ from collections.abc import Callable, Mapping
 from io import BytesIO
 from itertools import pairwise
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import cv2
 import numpy as np
@@ -30,10 +30,8 @@ from trackmark.datasets.decoding import (
     decoding,
     pixel_limit,
 )
-from trackmark.datasets.interface import Image, Sequence, SequenceError
-from trackmark.datasets.recorded import recorded
+from trackmark.datasets.interface import Image, SequenceError
 from trackmark.datasets.spec_string import natural_order
-from trackmark.datasets.truth_file import GroundTruth
 
 # name of an image up to its last number: text and numbers in turn
 _NumberedStem = tuple[str | int, ...]
@@ -311,16 +309,3 @@ def size_of_first(images: abc.Sequence[Path]) -> tuple[int, int]:
     if size is None:
         raise SequenceError(f"{images[0]}: damaged, or not an image. Download the file again.")
     return size
-
-
-def recorded_images(
-    name: str,
-    images: list[Path],
-    truth: GroundTruth | None,
-    truth_source: Path | None,
-    **options: Any,
-) -> Sequence:
-    """Return the sequence of image files, with the file names as frame names; see `recorded`."""
-    names = [file.name for file in images]
-    frames = ImageFiles(images)
-    return recorded(name, frames, images, truth, truth_source, frame_names=names, **options)

@@ -45,14 +45,10 @@ class UnusableSequencesError(SequenceError):
         Messages by the name or path of the sequence.
     n_sequences : int
         Number of all sequences of the command.
-    usable : collection of str
-        Paths of the sequences that were found without an error, if they are not opened yet.
     """
 
-    def __init__(
-        self, errors: Mapping[str, str], n_sequences: int, usable: Collection[str] = ()
-    ) -> None:
-        self.errors, self.n_sequences, self.usable = errors, n_sequences, usable
+    def __init__(self, errors: Mapping[str, str], n_sequences: int) -> None:
+        self.errors, self.n_sequences = errors, n_sequences
         lines = list(errors.values())
         if len(errors) > 1:
             lines = [f"{len(errors)} of {n_sequences} sequences cannot be used.", *lines]
@@ -64,7 +60,7 @@ class UnusableSequencesError(SequenceError):
         super().__init__("\n".join(filter(None, (self.problem, self.remedy))))
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return type(self), (self.errors, self.n_sequences, self.usable)
+        return type(self), (self.errors, self.n_sequences)
 
 
 @dataclass(frozen=True)
@@ -562,30 +558,17 @@ class Sequence:
         )
 
 
-class WithRemarks(Protocol):
-    """Sequence, or data on it, that has remarks."""
-
-    @property
-    def name(self) -> str:
-        """Canonical name of the sequence."""
-        ...
-
-    @property
-    def remarks(self) -> Collection[str]:
-        """See `Sequence.remarks`."""
-        ...
-
-
-def group_remarks(sequences: Iterable[WithRemarks]) -> list[str]:
+def group_remarks(sequences: Iterable[tuple[str, Collection[str]]]) -> list[str]:
     """Return the remarks on several sequences, each with the name of its sequence.
 
-    Of remarks that differ only in their numbers, the first one is returned, with their number.
+    `sequences` are names and remarks. Of remarks that differ only in their numbers, the first one
+    is returned, with their number.
     """
     by_pattern: dict[str, list[str]] = {}
-    for sequence in sequences:
-        for remark in sequence.remarks:
+    for name, remarks in sequences:
+        for remark in remarks:
             pattern = re.sub(r"\d+", "", remark)
-            by_pattern.setdefault(pattern, []).append(f"{sequence.name}: {remark}")
+            by_pattern.setdefault(pattern, []).append(f"{name}: {remark}")
     return [
         first + (f" {len(similar)} more sequences like this." if similar else "")
         for first, *similar in by_pattern.values()

@@ -2,7 +2,7 @@
 
 import re
 from collections import abc
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable
 from math import isinf, nan
 from pathlib import Path
 
@@ -19,7 +19,7 @@ _SEPARATOR = re.compile(r"\s*,\s*|\s+")
 _PADDED = re.compile(r"0[0-9]+")
 _FIELD = re.compile(r"([^=:\[#;]+?)\s*[=:]\s*(.*)")
 
-_POLYGON = 8  # numbers of a polygon of four corners
+POLYGON = 8  # numbers of a polygon of four corners
 _MAX_FPS = 100_000.0
 _MAX_NEGATIVE = 0.5  # maximum share of rows with a negative size in a file of boxes
 
@@ -29,11 +29,27 @@ def split_line(line: str) -> list[str]:
     return _SEPARATOR.split(line.strip()) if line.strip() else []
 
 
-def check_form(line: str, line_number: int, path: Path) -> None:
-    """Check that a line has one separator and no decimal commas; `line_number` counts from 1.
+def read_lines(path: Path) -> list[tuple[int, str]]:
+    """Return the lines of a file with their numbers from 1, without empty lines at the end.
 
-    Raises `SequenceError` naming file and line.
+    Raises `SequenceError` naming the file if there are no lines.
     """
+    lines = [*enumerate(read_text(path).rstrip().splitlines(), 1)]
+    if not lines:
+        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
+    return lines
+
+
+def check_line(line: str, line_number: int, path: Path) -> None:
+    """Check that a line is not empty, and has one separator and no decimal commas.
+
+    `line_number` counts from 1. Raises `SequenceError` naming file and line.
+    """
+    if not line.strip():
+        raise SequenceError(
+            f"{path}: line {line_number} is empty. Expected: one row per frame. Add the row of "
+            "this frame, or remove the line if no row is missing."
+        )
     if problem := form_problem(line):
         raise SequenceError(
             f"{path}: line {line_number}: {quote(line.strip())} {problem}. Expected: one separator "
@@ -77,7 +93,7 @@ def check_decimals(lines: Iterable[str], path: Path) -> None:
     """
     numbered = enumerate(map(str.strip, lines), 1)
     rows = {n: split_line(line) for n, line in numbered if "," in line and not line.startswith("m")}
-    polygons = {number: row for number, row in rows.items() if len(row) == _POLYGON}
+    polygons = {number: row for number, row in rows.items() if len(row) == POLYGON}
     is_short = [len(half) == 1 for row in polygons.values() for half in row[1::2]]
     if all(is_short) and len(polygons) > 1 and "." not in "".join(map("".join, polygons.values())):
         first = min(polygons)
@@ -107,9 +123,8 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
     Raises `SequenceError` naming file and line.
     """
     rows: list[list[float]] = []
-    for line_number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
+    for line_number, line in read_lines(path):
         check_line(line, line_number, path)
-        check_form(line, line_number, path)
         row = parse_numbers(line)
         if len(row) not in ({len(rows[0])} if rows else counts):
             raise SequenceError(
@@ -117,21 +132,20 @@ def read_rows(path: Path, counts: Collection[int], expected: str, row_name: str 
                 f"{expected}."
             )
         rows.append(row)
-    if not rows:
-        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     return np.array(rows)
 
 
-def check_line(line: str, line_number: int, path: Path) -> None:
-    """Check that a line is not empty; `line_number` counts from 1.
+def enclosing_boxes(points: Array) -> Array:
+    """Return the smallest upright boxes around points x1, y1, x2, y2, …, one row per frame."""
+    points = points.reshape(len(points), -1, 2)
+    return np.hstack([points.min(axis=1), np.ptp(points, axis=1)])
 
-    Raises `SequenceError` naming file and line.
-    """
-    if not line.strip():
-        raise SequenceError(
-            f"{path}: line {line_number} is empty. Expected: one row per frame. Add the row of "
-            "this frame, or remove the line if no row is missing."
-        )
+
+def box_of_region(row: list[float]) -> list[float]:
+    """Return the box around a box or a polygon; NaN for fewer than four numbers."""
+    if len(row) <= 4:
+        return row if len(row) == 4 else [nan] * 4
+    return [*enclosing_boxes(np.array([row]))[0]]
 
 
 def check_row_count(n_rows: int, images: abc.Sequence[Path], path: Path) -> None:
@@ -187,12 +201,6 @@ def as_boxes(rows: Array, path: Path, origin: float = 0.0, *, zero_is_absent: bo
     return boxes
 
 
-def read_boxes(path: Path, origin: float = 0.0) -> Array:
-    """Read boxes from rows x, y, width, height; see `read_rows` and `as_boxes`."""
-    rows = read_rows(path, {4}, "four numbers, x y width height")
-    return as_boxes(rows, path, origin)
-
-
 def read_integers(
     path: Path, n: int, maximum: int = 1, *, padded: bool = False
 ) -> NDArray[np.int64]:
@@ -205,9 +213,8 @@ def read_integers(
     """
     values: list[int] = []
     for line_number, line in enumerate(read_text(path).rstrip().splitlines(), 1):
-        if padded:
+        if padded or line.strip():
             check_line(line, line_number, path)
-        check_form(line, line_number, path)
         for word, value in zip(split_line(line), parse_numbers(line), strict=False):
             if value not in range(maximum + 1):
                 raise SequenceError(
@@ -235,45 +242,46 @@ def read_flags(
     }
 
 
-def read_fields(path: Path) -> dict[str, str]:
-    """Read the fields of a file with lines `key=value` or `key: value`; other lines are skipped.
+class Fields(dict[str, str]):
+    """Fields of a file with lines `key=value` or `key: value`; other lines are skipped.
 
-    Raises `SequenceError` for a file with NUL characters: fields contain file names.
+    There are none if the file is missing. Raises `SequenceError` for a file with NUL characters:
+    fields contain file names.
     """
-    fields_text = read_text(path)
-    if "\0" in fields_text:
-        raise SequenceError(f"{path}: not a text file. Download the file again.")
-    matches = (_FIELD.fullmatch(line.strip()) for line in fields_text.splitlines())
-    return {match[1]: match[2] for match in matches if match}
 
+    def __init__(self, path: Path) -> None:
+        self.path = path
+        fields_text = read_text(path) if path.is_file() else ""
+        if "\0" in fields_text:
+            raise SequenceError(f"{path}: not a text file. Download the file again.")
+        matches = (_FIELD.fullmatch(line.strip()) for line in fields_text.splitlines())
+        super().__init__({match[1]: match[2] for match in matches if match})
 
-def field_fps(fields: dict[str, str], key: str, path: Path) -> float | None:
-    """Return the frame rate in a field, such as `30` or `30 Hz` [frames/s]; None if it is missing.
+    def fps(self, key: str) -> float | None:
+        """Return the frame rate in a field, such as `30` or `30 Hz`; None if it is missing.
 
-    Raises `SequenceError` naming file and field if its value is not a frame rate.
-    """
-    if key not in fields:
-        return None
-    values = parse_numbers(fields[key].lower().removesuffix("hz"))
-    if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
-        raise SequenceError(f"{path}: {key} is {quote(fields[key])}. Expected: frames per second.")
-    return values[0]
+        Raises `SequenceError` naming file and field if its value is not a frame rate.
+        """
+        if key not in self:
+            return None
+        values = parse_numbers(self[key].lower().removesuffix("hz"))
+        if len(values) != 1 or not 0.0 < values[0] <= _MAX_FPS:
+            raise SequenceError(
+                f"{self.path}: {key} is {quote(self[key])}. Expected: frames per second."
+            )
+        return values[0]
 
+    def location(self, key: str, default: str = "") -> Path:
+        """Return the file or folder that a field names, or `default`, in the folder of the fields.
 
-def field_path(fields: Mapping[str, str], key: str, path: Path, default: str = "") -> Path:
-    """Return the file or folder that a field names.
-
-    `path` is the file with the fields; the result is inside the folder of this file. `default` is
-    the name in this folder that is used if the field is missing.
-
-    Raises `SequenceError` naming file and field if the value leads out of that folder.
-    """
-    relative = Path(fields.get(key, default).replace("\\", "/"))
-    if relative.is_absolute() or ".." in relative.parts:
-        raise SequenceError(
-            f"{path}: {key} is {quote(fields[key])}. Expected: a path inside this folder."
-        )
-    return path.parent / relative
+        Raises `SequenceError` naming file and field if the value leads out of this folder.
+        """
+        relative = Path(self.get(key, default).replace("\\", "/"))
+        if relative.is_absolute() or ".." in relative.parts:
+            raise SequenceError(
+                f"{self.path}: {key} is {quote(self[key])}. Expected: a path inside this folder."
+            )
+        return self.path.parent / relative
 
 
 def count_columns(path: Path) -> int:

@@ -1,8 +1,9 @@
-"""Functions that all readers use: options, ground truth, and a fingerprint of the files."""
+"""Sequences of recorded data: choice of a target, ground truth, and a fingerprint of the files."""
 
 import hashlib
 from collections import abc
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -11,6 +12,7 @@ from numpy.typing import NDArray
 
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Array, Frames, Mask, Origin, Sequence, SequenceError
 from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
@@ -18,53 +20,66 @@ from trackmark.datasets.truth_file import GroundTruth
 _MAX_LISTED = 20  # maximum number of values of an option in a description or message
 
 
-def describe_option(
-    name: str, values: Collection[object], default: object, remark: str = ""
-) -> dict[str, Any]:
-    """Return the description of an option that selects one of several values."""
-    meaning = f"selected {name}, one of {_listed(values)}{remark}"
-    return {"name": name, "default": default, "meaning": meaning}
+@dataclass(frozen=True)
+class Choice:
+    """Option of recorded data that selects one of several values; without values, there is none."""
 
+    name: str = ""
+    values: abc.Sequence[str] = ()
+    default: str = ""
+    remark: str = ""
+    # whether each value is a sequence of the benchmark, as targets are and modalities are not
+    is_target: bool = True
 
-def choose(
-    path: Path, name: str, values: Mapping[str, Any], options: Mapping[str, str], default: str = ""
-) -> str:
-    """Return the selected value of an option, by default the first.
+    def description(self) -> dict[str, Any]:
+        """Return the description of the option; see `datasets.options`."""
+        default = int(self.default) if self.default.isdecimal() else self.default
+        meaning = f"selected {self.name}, one of {self._listed()}{self.remark}"
+        return {"name": self.name, "default": default, "meaning": meaning}
 
-    Raises `SequenceError` naming the path if there is no such value.
-    """
-    value = options.get(name, default or next(iter(values)))
-    if value not in values:
-        raise SequenceError(
-            f"{path}: there is no {name} {quote(value)}. Values: {_listed(values)}."
-        )
-    return value
+    def selected(self, path: Path, options: Mapping[str, str]) -> str:
+        """Return the value of this option, the only valid one.
 
+        Raises `SequenceError` naming the path for another option or value.
+        """
+        for unknown in sorted(options.keys() - {self.name}):
+            valid = self.name or "none"
+            raise SequenceError(f"{path}: unknown option {quote(unknown)}. Options: {valid}.")
+        value = options[self.name]
+        if value not in self.values:
+            raise SequenceError(
+                f"{path}: there is no {self.name} {quote(value)}. Values: {self._listed()}."
+            )
+        return value
 
-def _listed(values: Collection[object]) -> str:
-    ellipsis = ", …" if len(values) > _MAX_LISTED else ""
-    return ", ".join([str(value) for value in values][:_MAX_LISTED]) + ellipsis
+    def targets(self, path: Path) -> dict[str, Path]:
+        """Return one path per target by value; empty without several targets."""
+        path = path if path.name else path.resolve()  # `.` has no name
+        values = self.values if self.is_target and len(self.values) > 1 else ()
+        return {value: path.with_name(f"{path.name}:{self.name}={value}") for value in values}
+
+    def _listed(self) -> str:
+        ellipsis = ", …" if len(self.values) > _MAX_LISTED else ""
+        return ", ".join(self.values[:_MAX_LISTED]) + ellipsis
 
 
 def recorded(
     name: str,
-    frames: Frames,
-    files: abc.Sequence[Path],
+    images: list[Path] | Path,
     truth: GroundTruth | None,
     truth_source: Path | None,
-    *,
     truth_missing: str = "",
+    *,
     fps: float | None = None,
-    frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
     shapes: Shapes | None = None,
     frame_values: Mapping[str, Array] | None = None,
     image_size: tuple[int, int] | None = None,
     description: str = "",
-    digests: Callable[[abc.Sequence[Path]], list[str]] = file_digests,
+    further_files: abc.Sequence[Path] = (),
 ) -> Sequence:
-    """Return the sequence of recorded images.
+    """Return the sequence of image files or of a video.
 
     Boxes without a positive size are malformed: see `Sequence`. If the ground truth has only one
     row, as in test sets, the sequence has all images, and the other frames are not annotated.
@@ -74,21 +89,28 @@ def recorded(
     ----------
     name : str
         Canonical name.
-    frames : Frames
-        Images.
-    files : sequence of Path
-        Files of the images: one per frame, or one for all.
+    images : list of Path or Path
+        One file per frame, or a video, which has its own frame rate.
     truth : GroundTruth or None
         Ground truth.
     truth_source : Path or None
         File of the ground truth.
     description : str
         See `Origin`.
-    digests : callable
-        Function that returns the digests of the files that are read, including mask files.
-    truth_missing, fps, frame_names, attributes, masks, shapes, frame_values, image_size
+    further_files : sequence of Path
+        Other files that belong to the fingerprint, such as masks.
+    truth_missing, fps, attributes, masks, shapes, frame_values, image_size
         See `Sequence`.
     """
+    frames: Frames
+    if isinstance(images, list):
+        frames, files, frame_names = ImageFiles(images), images, [file.name for file in images]
+    else:
+        # imported here, because it loads a video decoder
+        from trackmark.datasets.video_frames import VideoFrames
+
+        frames, files, frame_names = VideoFrames(images), [images], None
+        fps = frames.fps
     if truth is not None and _has_one_row(truth):
         truth = _with_all_frames(truth, len(frames))
     n = len(frames if truth is None else truth.boxes)
@@ -102,7 +124,7 @@ def recorded(
         frames,
         boxes,
         malformed=malformed,
-        fingerprint=lambda: _fingerprint(sequence, digests(read)),
+        fingerprint=lambda: _fingerprint(sequence, file_digests([*read, *further_files])),
         annotated=None if truth is None else truth.annotated_frames,
         visibility=None if truth is None else truth.visibility,
         attributes={key: _extended(x, n, fill=False) for key, x in (attributes or {}).items()},

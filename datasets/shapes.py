@@ -88,6 +88,11 @@ class Shapes(Sequence[Shape]):
         shape = self._shapes.get(self._frames[index])
         return shape.decode(self._size) if isinstance(shape, EncodedMask) else shape
 
+    def mask(self, frame: int) -> NDArray[np.bool_] | None:
+        """Return the mask of a frame, or None if its shape is not a mask."""
+        shape = self._shapes.get(self._frames[frame])
+        return shape.decode(self._size) if isinstance(shape, EncodedMask) else None
+
     def extended(self, n: int) -> "Shapes":
         """Return the shapes of n frames, at least as many as before; further frames have none."""
         return Shapes(self._shapes, [*self._frames, *[-1] * (n - len(self))], self._size)

@@ -54,30 +54,26 @@ class GroundTruth:
 
 
 def read_given_or_default(
-    truth: Path | None, default: Path
-) -> tuple[GroundTruth | None, Path | None]:
-    """Read the given file, or the default file if it exists; return ground truth and file."""
-    path = truth or (default if default.is_file() else None)
-    return (None, None) if path is None else (read(path), path)
+    truth: Path | None, default: Path, stem: str = ""
+) -> tuple[GroundTruth | None, Path | None, str]:
+    """Read the given file, or the default file if it exists; return ground truth and file.
 
-
-def unread_file_hint(default: Path, stem: str = "") -> str:
-    """Return a sentence on a file next to the data that looks like ground truth in another format.
-
-    `default` is the file that is read if it exists. Files with the name `stem` also count.
+    The third value is a sentence on a file next to a missing default file that looks like ground
+    truth in another format, or has the name `stem`.
     """
     if default.is_file():
-        return ""
+        return read(truth or default), truth or default, ""
     likely = sorted(
         file
         for file in default.parent.iterdir()
         if file.suffix.lower() in _LIKELY_SUFFIXES
         and (file.stem == stem or _LIKELY_NAME.search(file.name.lower()))
     )
-    if not likely:
-        return ""
-    columns = ",".join(COLUMNS)
-    return f"The format of {likely[0]} is not read. Expected: {default.name} with {columns}."
+    hint = ""
+    if likely:
+        columns = ",".join(COLUMNS)
+        hint = f"The format of {likely[0]} is not read. Expected: {default.name} with {columns}."
+    return None if truth is None else read(truth), truth, hint
 
 
 def read(path: Path) -> GroundTruth:

@@ -17,12 +17,12 @@ from pathlib import Path
 import click
 from numpy.lib.introspect import opt_func_info
 
+from tools.golden_digests import golden_digests
 from trackmark import datasets, trackers
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.bench.output_files import write_file
 from trackmark.datasets.catalogue import suites
-from trackmark.datasets.golden import golden_digests
 from trackmark.datasets.metadata import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
 from trackmark.datasets.synthetic.suite import SyntheticSuite

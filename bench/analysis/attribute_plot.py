@@ -24,7 +24,7 @@ def plot_attributes(curves: Sequence[Curve], measure: ScoreMeasure, title: str) 
     labels = list(dict.fromkeys(curve.label for curve in curves))
     panels: dict[str, list[Curve]] = {}
     for curve in curves:
-        panels.setdefault(attributes.find(curve.attribute).heading, []).append(curve)
+        panels.setdefault(attributes.ATTRIBUTES[curve.attribute].heading, []).append(curve)
     n_rows = ceil(len(panels) / _N_COLUMNS)
     figure = bare_figure(title, 0.6 + 2.2 * n_rows)
     grid = figure.subplots(n_rows, _N_COLUMNS, sharey=True, squeeze=False)

@@ -136,7 +136,7 @@ def attributes_of(
     means = {name: attributes.overall(values) for name, values in measured.items() if values}
     return {
         attribute: np.array([means.get(name, {}).get(attribute, np.nan) for name in sequences])
-        for attribute in attributes.names()
+        for attribute in attributes.ATTRIBUTES
     }
 
 

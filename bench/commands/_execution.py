@@ -105,10 +105,12 @@ def print_remarks(*executions: "Execution") -> None:
     """Print once which images, frames and files of the sequences are not read or not scored."""
     from trackmark.datasets.interface import group_remarks
 
-    sequences = {
-        sequence.name: sequence for execution in executions for sequence in execution.plan.sequences
+    remarks = {
+        sequence.name: sequence.remarks
+        for execution in executions
+        for sequence in execution.plan.sequences
     }
-    for remark in group_remarks(sequences.values()):
+    for remark in group_remarks(remarks.items()):
         print_event("warning", remark)
 
 

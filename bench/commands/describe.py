@@ -194,9 +194,9 @@ def _attribute(name: str) -> dict[str, Any]:
     """Return data on an attribute; an empty dictionary if there is no such attribute."""
     from trackmark.datasets import attributes
 
-    if name not in attributes.names():
+    if name not in attributes.ATTRIBUTES:
         return {}
-    attribute = attributes.find(name)
+    attribute = attributes.ATTRIBUTES[name]
     indent = f"\n{'':12}"
     return {
         "name": attribute.name,
@@ -325,5 +325,5 @@ def _measured(name: str, truth: Path | None) -> dict[str, Any]:
             "statistic": attribute.statistic,
             "frames": [finite(value) for value in series[attribute.name].tolist()],
         }
-        for attribute in map(attributes.find, attributes.names())
+        for attribute in attributes.ATTRIBUTES.values()
     }

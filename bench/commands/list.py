@@ -77,7 +77,8 @@ def _summaries(category: str) -> dict[str, str]:
         from trackmark.datasets import attributes
 
         return {
-            name: attributes.find(name).definition.partition("\n")[0] for name in attributes.names()
+            name: attribute.definition.partition("\n")[0]
+            for name, attribute in attributes.ATTRIBUTES.items()
         }
     if category == "protocols":
         from trackmark.bench import protocols

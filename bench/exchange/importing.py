@@ -75,7 +75,7 @@ def open_sequences(
     opened = [datasets.load(source.spec, truth=source.truth) for source in sources]
     for sequence in opened:
         sequence.check_runnable()
-    for remark in group_remarks(opened):
+    for remark in group_remarks((each.name, each.remarks) for each in opened):
         on_message(remark)
     return [
         _with_paths(

@@ -4,10 +4,8 @@ import hashlib
 import io
 import zipfile
 from collections.abc import Callable, Mapping
-from contextlib import suppress
 from functools import cache
 from pathlib import Path
-from tempfile import NamedTemporaryFile
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,31 +13,18 @@ from numpy.typing import ArrayLike, NDArray
 from trackmark.datasets.attributes import definitions
 from trackmark.datasets.attributes.attribute import Attribute
 from trackmark.datasets.attributes.view import TargetView
-from trackmark.datasets.file_digest import cache_folder
+from trackmark.datasets.file_digest import cache_folder, write_cache
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.source_digest import tree_digest
-from trackmark.datasets.spec_string import name_hint
 
 # Values of each attribute by its name, shape (n,): one per frame, NaN if undefined.
 Series = dict[str, NDArray[np.float64]]
 
 
-@cache
-def _attributes() -> dict[str, Attribute]:
-    values = vars(definitions).values()
-    return {value.name: value for value in values if isinstance(value, Attribute)}
-
-
-def names() -> list[str]:
-    """Return the names of the attributes in the order of their definition."""
-    return list(_attributes())
-
-
-def find(name: str) -> Attribute:
-    """Return the attribute with this name; raises `ValueError` for an unknown name."""
-    if name not in _attributes():
-        raise ValueError(f"unknown attribute {name!r}.{name_hint(name, names())}")
-    return _attributes()[name]
+ATTRIBUTES = {
+    value.name: value for value in vars(definitions).values() if isinstance(value, Attribute)
+}
+"""Attributes by name, in the order of their definition."""
 
 
 def measure(sequence: Sequence, progress: Callable[[int, int], object] = lambda *_: None) -> Series:
@@ -69,7 +54,9 @@ def measure(sequence: Sequence, progress: Callable[[int, int], object] = lambda 
     series = cached_values(sequence.fingerprint)
     if series is None:
         series = _measure(sequence, progress)
-        _write_cache(_cache_file(sequence.fingerprint), series)
+        buffer = io.BytesIO()
+        np.savez_compressed(buffer, allow_pickle=False, **series)
+        write_cache(_cache_file(sequence.fingerprint), buffer.getvalue())
     return series
 
 
@@ -78,7 +65,7 @@ def cached_values(fingerprint: str) -> Series | None:
     try:
         cached = io.BytesIO(_cache_file(fingerprint).read_bytes())
         with np.load(cached, allow_pickle=False) as file:
-            series = {name: np.asarray(file[name], np.float64) for name in names()}
+            series = {name: np.asarray(file[name], np.float64) for name in ATTRIBUTES}
     except (OSError, EOFError, KeyError, ValueError, zipfile.BadZipFile):  # missing or damaged
         return None
     return series if len({values.shape for values in series.values()}) == 1 else None
@@ -86,12 +73,12 @@ def cached_values(fingerprint: str) -> Series | None:
 
 def overall(series: Mapping[str, ArrayLike]) -> dict[str, float]:
     """Return the sequence's value of each attribute from the values of its frames."""
-    return {name: find(name).overall(values) for name, values in series.items()}
+    return {name: ATTRIBUTES[name].overall(values) for name, values in series.items()}
 
 
 def _measure(sequence: Sequence, progress: Callable[[int, int], object]) -> Series:
     """Measure all attributes without the cache."""
-    series = {name: np.full(len(sequence), np.nan) for name in names()}
+    series = {name: np.full(len(sequence), np.nan) for name in ATTRIBUTES}
     has_target = sequence.present & (sequence.boxes[:, 2:] > 0).all(axis=1)
     first: TargetView | None = None
     previous: TargetView | None = None
@@ -100,7 +87,7 @@ def _measure(sequence: Sequence, progress: Callable[[int, int], object]) -> Seri
     ):
         if has_target[frame]:
             view = TargetView(sequence[frame], box, visibility, previous, first)
-            for name, attribute in _attributes().items():
+            for name, attribute in ATTRIBUTES.items():
                 series[name][frame] = attribute.measure(view)
             view.previous = None  # Otherwise all earlier frames would remain in memory.
             first, previous = first or view, view
@@ -121,14 +108,3 @@ def _cache_file(fingerprint: str) -> Path:
     """Return the cache file of a fingerprint and of the current definitions."""
     name = hashlib.sha256(fingerprint.encode()).hexdigest()[:32]
     return cache_folder() / "attributes" / f"{name}-{_digest()}.npz"
-
-
-def _write_cache(path: Path, series: Series) -> None:
-    """Write the cache; if it cannot be written, the attributes are measured again next time."""
-    buffer = io.BytesIO()
-    np.savez_compressed(buffer, allow_pickle=False, **series)
-    with suppress(OSError):
-        path.parent.mkdir(parents=True, exist_ok=True)
-        with NamedTemporaryFile(dir=path.parent, delete=False) as file:
-            file.write(buffer.getvalue())
-        Path(file.name).replace(path)

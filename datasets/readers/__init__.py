@@ -14,11 +14,12 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol, cast
 
 from trackmark.datasets.decoding import PIXEL_LIMIT_VARIABLE, quote
-from trackmark.datasets.file_digest import TICK_NS
+from trackmark.datasets.file_digest import TICK_NS, file_stamp
 from trackmark.datasets.image_files import ImageFiles
-from trackmark.datasets.interface import Sequence, SequenceError, UnusableSequencesError
+from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.layouts import LAYOUT_VARIABLE, Layout, layouts
 from trackmark.datasets.readers.rows import RowsReader
+from trackmark.datasets.recorded import Choice
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import read_text
 
@@ -29,7 +30,6 @@ __all__ = [
     "options",
     "path_format",
     "read",
-    "reads",
     "sequence_paths",
     "sequences_in",
 ]
@@ -54,27 +54,22 @@ _MAX_CACHED = 64  # maximum number of cached sequences
 class Reader(Protocol):
     """Functions of each module in this folder that reads a layout.
 
-    Modules can have more functions. `options(path)` returns the options of data with several
-    targets or frame rates. `list_sequences(path)` returns the paths of all targets in a folder, if
-    each one is a sequence. `list_members(folder)` returns the sequences of a dataset that are not
-    its subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path
-    selects one target of many, and a folder or a pattern all of them.
+    Modules can have more functions. `choice(path)` returns the option of data with several targets
+    or frame rates. `list_members(folder)` returns the sequences of a dataset that are not its
+    subfolders, even incomplete ones. The constant `PATH_IS_ONE_TARGET` states that a path selects
+    one target of many, and a folder or a pattern all of them.
     """
 
     def recognises(self, path: Path) -> bool:
         """Return whether the path has this format, without reading an image."""
         ...
 
-    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
-        """Open the sequence with the given ground-truth file, or its own; read no image."""
+    def read(self, path: Path, truth: Path | None, value: str) -> Sequence:
+        """Open the sequence with the given ground-truth file, or its own; read no image.
+
+        `value` is a value of the option, or "" for the default.
+        """
         ...
-
-
-class _Format(NamedTuple):
-    """Layout, and the reader of its data."""
-
-    layout: Layout
-    reader: Reader
 
 
 def formats() -> dict[str, str]:
@@ -82,15 +77,13 @@ def formats() -> dict[str, str]:
     return {name: layout.in_words for name, layout in layouts().items()}
 
 
-def reads(path: Path) -> bool:
-    """Return whether a reader recognises the path, which in some formats is only a name."""
-    return _find_format(path) is not None
-
-
 def path_format(path: Path) -> str:
-    """Return the layout that the reader of a path expects, or "" if no reader recognises it."""
-    data_format = _find_format(path)
-    return "" if data_format is None else data_format.layout.in_words
+    """Return the layout that the reader of a path expects, or "" if no reader recognises it.
+
+    In some formats, a path is only a name and does not exist.
+    """
+    layout = _find_layout(path)
+    return "" if layout is None else layout.in_words
 
 
 def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
@@ -98,23 +91,25 @@ def sequence_paths(path: Path, *, is_named: bool = False) -> list[Path]:
 
     `is_named`: the user gave this path, and not a folder or a pattern that selects it.
     """
-    data_format = _find_format(path)
+    layout = _find_layout(path)
     with _named_errors(path):
-        if data_format is None:
+        if layout is None:
             return []
-        reader = data_format.reader
-        is_one = is_named and getattr(reader, "PATH_IS_ONE_TARGET", False)
-        if is_one or not hasattr(reader, "list_sequences"):
+        reader = _reader(layout)
+        if is_named and getattr(reader, "PATH_IS_ONE_TARGET", False):
             return [path]
         with suppress(SequenceError):  # the error is raised when the sequence is opened
-            # `.` has no name
-            listed: list[Path] = reader.list_sequences(path if path.name else path.resolve())
-            return listed
+            return [*_choice(path, reader).targets(path).values()] or [path]
         return [path]
 
 
-def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = ()) -> list[Path]:
+def sequences_in(
+    folder: Path, pattern: str = "*", excluded: Collection[str] = ()
+) -> tuple[list[Path], dict[str, str]]:
     """Return the sequences in a folder and its subfolders, in natural order of their names.
+
+    The second value has the messages on sequences that are incomplete, or missing although
+    `list.txt` names them, by name.
 
     Folders inside a sequence and names that start with a dot are skipped. If there is a `list.txt`,
     only the sequences that it lists are returned.
@@ -122,18 +117,13 @@ def sequences_in(folder: Path, pattern: str = "*", excluded: Collection[str] = (
     `pattern` is a pattern of sequence names with `*` and `?`; `excluded` are patterns of names that
     are left out, even if the sequences are incomplete.
 
-    Raises `SequenceError` for an unreadable folder, and one `SequenceError` for all sequences that
-    are incomplete, or missing although `list.txt` names them.
+    Raises `SequenceError` for an unreadable folder.
     """
     search = _Search(pattern, excluded)
     with _named_errors(folder):
         if _all_marks(folder):
             raise SequenceError(f"{_not_recognised(folder)} {_ADD_FILES}")
-        sequences = list(_walk(folder, search, _MAX_DEPTH))
-    if search.problems:
-        n = len(sequences) + len(search.problems)
-        raise UnusableSequencesError(search.problems, n, [*map(str, sequences)])
-    return sequences
+        return list(_walk(folder, search, _MAX_DEPTH)), search.problems
 
 
 @dataclass(frozen=True)
@@ -177,7 +167,8 @@ def _walk(folder: Path, search: _Search, depth: int) -> Iterator[Path]:
 
 def _list_members(folder: Path) -> tuple[list[Path], str]:
     """Return the sequences of a dataset with its own folder layout, and the expected layout."""
-    for layout, reader in _formats():
+    for layout in layouts().values():
+        reader = _reader(layout)
         if hasattr(reader, "list_members") and (members := reader.list_members(folder)):
             return members, layout.in_words
     return [], ""
@@ -187,7 +178,7 @@ def _listed_members(folder: Path, search: _Search) -> list[Path]:
     """Return the sequences that `list.txt` names; empty if there is no list."""
     names = folder / LIST
     members = {path.name: path for path in _visible_paths(folder)} if names.is_file() else {}
-    if not any(map(reads, members.values())):
+    if not any(map(path_format, members.values())):
         return []
     listed = [line.strip() for line in read_text(names).splitlines() if line.strip()]
     for line, name in enumerate(listed, 1):
@@ -234,12 +225,10 @@ def options(path: Path) -> list[dict[str, Any]]:
 
     Raises `SequenceError` if the data cannot be read.
     """
-    data_format = _find_format(path)
+    layout = _find_layout(path)
     with _named_errors(path):
-        if data_format is None or not hasattr(data_format.reader, "options"):
-            return []
-        described: list[dict[str, Any]] = data_format.reader.options(path)
-        return described
+        choice = Choice() if layout is None else _choice(path, _reader(layout))
+        return [choice.description()] if choice.values else []
 
 
 def read(
@@ -296,24 +285,18 @@ def _stamps(sequence: Sequence, path: Path) -> dict[str, tuple[int, int]]:
     with _named_errors(path):
         for root in {root for root in roots if root.exists()}:
             for file in [root, *(os.scandir(root) if root.is_dir() else ())]:
-                status = file.stat()
-                stamps[os.fspath(file)] = status.st_size, status.st_mtime_ns
+                stamps[os.fspath(file)] = file_stamp(file)
     return stamps
 
 
 def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> Sequence:
-    data_format = _find_format(path)
-    if data_format is None:
+    layout = _find_layout(path)
+    if layout is None:
         raise SequenceError(_not_recognised(path))
-    layout, reader = data_format
-    names = [option["name"] for option in options(path)] if option_values else []
-    unknown = sorted(option_values.keys() - names)
-    if unknown:
-        raise SequenceError(
-            f"{path}: unknown option {quote(unknown[0])}. Options: {', '.join(names) or 'none'}."
-        )
+    reader = _reader(layout)
     with _named_errors(path):
-        sequence = reader.read(path, truth, option_values)
+        value = _choice(path, reader).selected(path, option_values) if option_values else ""
+        sequence = reader.read(path, truth, value)
         sequence.origin = replace(
             sequence.origin,
             format=layout.in_words,
@@ -326,14 +309,17 @@ def _read(path: Path, truth: Path | None, option_values: Mapping[str, str]) -> S
     return sequence
 
 
+def _choice(path: Path, reader: Reader) -> Choice:
+    """Return the option of recorded data; without values if there is none."""
+    choice: Choice = reader.choice(path) if hasattr(reader, "choice") else Choice()
+    return choice
+
+
 def _other_targets(path: Path, reader: Reader) -> tuple[str, ...]:
     """Return the names of all targets of a recording but the one that is read by default."""
-    if not hasattr(reader, "list_sequences"):
-        return ()
-    path = path if path.name else path.resolve()
-    default = tuple(f":{option['name']}={option['default']}" for option in options(path))
-    names = [target.name for target in reader.list_sequences(path)]
-    return tuple(name for name in names if name != path.name and not name.endswith(default))
+    choice = _choice(path, reader)
+    targets = choice.targets(path).items()
+    return tuple(target.name for value, target in targets if value != choice.default)
 
 
 def _unread_flags(path: Path, layout: Layout) -> tuple[str, ...]:
@@ -373,15 +359,14 @@ def _licence(path: Path) -> str:
     return f"see {folder / licences[0]}" if licences else ""
 
 
-def _find_format(path: Path) -> _Format | None:
-    """Return the format of a path."""
+def _find_layout(path: Path) -> Layout | None:
+    """Return the layout of a path."""
     with _named_errors(path):
         full = path.resolve()
-        for candidate in _formats():
+        for layout in layouts().values():
             # Resolving a path takes as long as all other work of a layout.
-            is_rows = isinstance(candidate.reader, RowsReader)
-            if candidate.reader.recognises(full if is_rows else path):
-                return candidate
+            if _reader(layout).recognises(path if layout.reader else full):
+                return layout
         return None
 
 
@@ -395,12 +380,8 @@ def _named_errors(path: Path) -> Iterator[None]:
         raise SequenceError(f"{quote(str(file))}: cannot be read ({error.strerror}).") from None
 
 
-def _formats() -> list[_Format]:
-    """Return all formats in the order in which they are tried."""
-    return [_Format(layout, _reader(layout)) for layout in layouts().values()]
-
-
 def _reader(layout: Layout) -> Reader:
+    """Return the reader of a layout."""
     if not layout.reader:
         return RowsReader(layout)
     return cast(Reader, importlib.import_module(f"{__name__}.{layout.reader}"))

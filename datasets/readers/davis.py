@@ -14,7 +14,6 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
 
 import cv2
 import numpy as np
@@ -23,16 +22,15 @@ from PIL import Image
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, decoding
-from trackmark.datasets.file_digest import file_digests
+from trackmark.datasets.file_digest import file_stamp
 from trackmark.datasets.image_files import (
     image_files,
     image_size,
     numbered_images,
-    recorded_images,
     size_of_first,
 )
 from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
 
 IMAGES, MASKS = "JPEGImages", "Annotations"
@@ -65,41 +63,34 @@ def list_members(folder: Path) -> list[Path]:
     return []
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `object`; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `object`."""
     numbers = list(_read_objects(*_files(path)))
-    return [describe_option("object", numbers, int(numbers[0]))]
+    return Choice("object", numbers, numbers[0])
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per object."""
-    numbers = list(_read_objects(*_files(path)))
-    paths = [path.with_name(f"{path.name}:object={number}") for number in numbers]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the sequence of one object, by default the first; its boxes enclose its masks.
 
     A given ground-truth file replaces boxes and masks.
     """
     name = path.resolve().name
     if truth is not None:
-        return recorded_images(name, _images(path)[0], truth_file.read(truth), truth)
+        return recorded(name, _images(path)[0], truth_file.read(truth), truth)
     images, masks = _files(path)
     objects = _read_objects(images, masks)
-    object_number = choose(path, "object", objects, options)
+    object_number = value or next(iter(objects))
     target = objects[object_number]
     annotated = np.array([image.stem in target.files for image in images])
     boxes = np.full((len(images), 4), np.nan)
     boxes[annotated] = target.boxes
-    return recorded_images(
+    return recorded(
         name if object_number == next(iter(objects)) else f"{name}:object={object_number}",
         images,
         GroundTruth(boxes, annotated=annotated),
         masks[0].parent,
         masks=lambda frame: target.mask(images[frame].stem),
-        digests=lambda files: file_digests([*files, *masks]),
+        further_files=masks,
     )
 
 
@@ -118,19 +109,18 @@ class _Object:
 
 def _read_objects(images: list[Path], masks: list[Path]) -> dict[str, _Object]:
     """Read all masks and return the objects by number, sorted; see `_cached_objects`."""
-    stamps = tuple((file, file.stat().st_size, file.stat().st_mtime_ns) for file in masks)
-    return _cached_objects(images[0], stamps)
+    return _cached_objects(images[0], tuple((file, file_stamp(file)) for file in masks))
 
 
 @lru_cache(maxsize=64)
 def _cached_objects(
-    first_image: Path, stamps: tuple[tuple[Path, int, int], ...]
+    first_image: Path, stamps: tuple[tuple[Path, tuple[int, int]], ...]
 ) -> dict[str, _Object]:
     """Read all masks; a folder is listed and its objects are opened from one reading.
 
-    `stamps` are the mask files, with size and modification time, by which changes are noticed.
+    `stamps` are the mask files with their stamps.
     """
-    masks = [file for file, _, _ in stamps]
+    masks = [file for file, _ in stamps]
     width, height = size_of_first([first_image])
     boxes: dict[int, Array] = {}
     for frame, file in enumerate(masks):

@@ -1,11 +1,11 @@
 """Folders of images, in the natural order of their names."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
-from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import check_frame_numbers, image_files, recorded_images
+from trackmark.datasets.image_files import check_frame_numbers, image_files
 from trackmark.datasets.interface import Sequence
+from trackmark.datasets.recorded import recorded
+from trackmark.datasets.truth_file import read_given_or_default
 
 
 def recognises(path: Path) -> bool:
@@ -13,13 +13,8 @@ def recognises(path: Path) -> bool:
     return path.is_dir() and bool(image_files(path))
 
 
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder; without `truth`, its `truth.csv` is read if it exists."""
     files = image_files(path)
     check_frame_numbers(files)
-    return recorded_images(
-        path.resolve().name,
-        files,
-        *truth_file.read_given_or_default(truth, path / "truth.csv"),
-        truth_missing=truth_file.unread_file_hint(path / "truth.csv"),
-    )
+    return recorded(path.resolve().name, files, *read_given_or_default(truth, path / "truth.csv"))

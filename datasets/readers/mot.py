@@ -11,22 +11,15 @@ tracking", arXiv:1603.00831.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
-from trackmark.datasets.image_files import numbered_images, recorded_images
+from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Array, Sequence, SequenceError
-from trackmark.datasets.number_files import (
-    as_boxes,
-    field_fps,
-    field_path,
-    read_fields,
-    read_rows,
-)
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.number_files import Fields, as_boxes, read_rows
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, FIELDS, IMAGES = Path("gt/gt.txt"), "seqinfo.ini", "img1"
@@ -43,26 +36,19 @@ def recognises(path: Path) -> bool:
     return (path / TRUTH).is_file() and any((path / part).exists() for part in (IMAGES, FIELDS))
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `target`; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `target`."""
     targets = _read_targets(path / TRUTH)
     remark = "; by default the target in most frames"
-    return [describe_option("target", targets, int(_longest(targets)), remark)]
+    return Choice("target", list(targets), _longest(targets), remark)
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per target."""
-    targets = list(_read_targets(path / TRUTH))
-    paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the sequence of one target, by default the target in most frames."""
     name = path.resolve().name
-    fields = read_fields(path / FIELDS) if (path / FIELDS).is_file() else {}
-    images = _images(field_path(fields, "imDir", path / FIELDS, IMAGES))
-    fps = field_fps(fields, "frameRate", path / FIELDS)
+    fields = Fields(path / FIELDS)
+    images = _images(fields.location("imDir", IMAGES))
+    fps = fields.fps("frameRate")
     length = fields.get("seqLength", str(len(images)))
     if length != str(len(images)):
         raise SequenceError(
@@ -70,10 +56,10 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
             f"{name}. Add the missing images, or correct the file."
         )
     if truth is not None:
-        return recorded_images(name, images, truth_file.read(truth), truth, fps=fps)
+        return recorded(name, images, truth_file.read(truth), truth, fps=fps)
     targets = _read_targets(path / TRUTH)
     longest = _longest(targets)
-    target = choose(path, "target", targets, options, longest)
+    target = value or longest
     rows = targets[target]
     frames = rows[:, 0].astype(int) - 1
     if frames.max() >= len(images):
@@ -86,7 +72,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     boxes[frames] = rows[:, 2:6] - [FIRST_PIXEL, FIRST_PIXEL, 0, 0]
     if rows.shape[1] == _WITH_VISIBILITY:
         visibility[frames] = np.where(rows[:, 8] < 0, np.nan, rows[:, 8])
-    return recorded_images(
+    return recorded(
         name if target == longest else f"{name}:target={target}",
         images,
         GroundTruth(boxes, visibility),

@@ -8,20 +8,20 @@ Jogging.2; some toolkits call them Jogging-1 or Jogging_1.
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from trackmark.datasets import truth_file
-from trackmark.datasets.image_files import numbered_images, recorded_images
+from trackmark.datasets.image_files import numbered_images
 from trackmark.datasets.interface import Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    as_boxes,
     check_row_count,
     count_columns,
     frames_with_values,
-    read_boxes,
+    read_rows,
 )
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.truth_file import GroundTruth
 
 TRUTH, N_TLP_COLUMNS = "groundtruth_rect.txt", 6
@@ -53,20 +53,13 @@ def recognises(path: Path) -> bool:
     return not (path / TRUTH).is_file() or count_columns(path / TRUTH) != N_TLP_COLUMNS
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `target` of a folder with several; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `target` of a folder with several."""
     targets = list(_truth_files(path))
-    return [describe_option("target", targets, int(targets[0]))] if len(targets) > 1 else []
+    return Choice("target", targets, targets[0]) if len(targets) > 1 else Choice()
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per target."""
-    targets = list(_truth_files(path))
-    paths = [path.with_name(f"{path.name}:target={target}") for target in targets]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder, by default its first target; tags in `attrs.txt` hold for all frames."""
     name = path.resolve().name
     first, last = SPANS.get(name.lower(), (0, None))
@@ -78,9 +71,10 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
                 f"{path}: there is no {TRUTH}, and no groundtruth_rect.1.txt with rows. Add one of "
                 "these files."
             )
-        target = choose(path, "target", targets, options)
+        target = value or next(iter(targets))
         source = targets[target]
-        rows = GroundTruth(read_boxes(source, origin=FIRST_PIXEL))
+        numbers = read_rows(source, {4}, "four numbers, x y width height")
+        rows = GroundTruth(as_boxes(numbers, source, FIRST_PIXEL))
         n_rows = len(rows.boxes)
         if int(files[0].stem) == 0 and n_rows not in (1, len(files)):
             raise SequenceError(
@@ -102,7 +96,7 @@ def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence
     attrs = path / "attrs.txt"
     tags = truth_file.read_text(attrs).replace(",", " ").split() if attrs.exists() else []
     n = frames_with_values(len(rows.boxes), files)
-    return recorded_images(
+    return recorded(
         name,
         files,
         rows,

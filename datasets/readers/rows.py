@@ -15,36 +15,37 @@ from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
+from trackmark.datasets.file_digest import file_stamp
 from trackmark.datasets.image_files import (
     check_frame_numbers,
     digits_of_name,
     image_files,
     numbered_images,
-    recorded_images,
     size_of_first,
 )
 from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.layouts import BOX, CORNERS, Layout
 from trackmark.datasets.number_files import (
+    POLYGON,
+    Fields,
     as_boxes,
-    check_form,
+    box_of_region,
     check_line,
     check_row_count,
-    field_fps,
+    enclosing_boxes,
     frames_with_values,
     parse_numbers,
-    read_fields,
     read_flags,
     read_integers,
+    read_lines,
     read_rows,
     split_line,
 )
-from trackmark.datasets.recorded import choose, describe_option, recorded
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import MAX_FRAMES, GroundTruth
 
 _POINTS = tuple(f"{axis}{number}" for number in range(1, 100) for axis in "xy")
-_POLYGON = 8  # numbers of a polygon of four corners
 # Other columns are flags. Those that mean neither presence nor absence are attributes.
 _NUMBERS, _TEXTS = {*BOX, *CORNERS, *_POINTS, "frame", "last"}, ("-", "name")
 _NO_ATTRIBUTES = {*_NUMBERS, "absent", "present", "flag"}
@@ -83,14 +84,13 @@ class RowsReader:
         """Return whether a path without symbolic links belongs to a sequence of this layout."""
         return bool(self._locate(path))
 
-    def options(self, path: Path) -> list[dict[str, Any]]:
-        """Return the option of the layout; see `datasets.options`."""
-        values = list(self._locate(path.resolve()))
+    def choice(self, path: Path) -> Choice:
+        """Return the option of the layout."""
         if not self.layout.option:
-            return []
-        default = int(values[0]) if values[0].isdecimal() else values[0]
+            return Choice()
+        values = list(self._locate(path.resolve()))
         unit = " [frames/s]" if self.layout.fps == "option" else ""
-        return [describe_option(self.layout.option, values, default, unit)]
+        return Choice(self.layout.option, values, values[0], unit, is_target=False)
 
     def list_members(self, folder: Path) -> list[Path]:
         """Return the sequences of a set whose sequences are not its folders.
@@ -112,26 +112,23 @@ class RowsReader:
         path = layout.images[0] if is_folder else "NAME"
         return [folder / path.replace("NAME", n) for n in sorted(names, key=natural_order)]
 
-    def read(self, path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+    def read(self, path: Path, truth: Path | None, value: str) -> Sequence:
         """Open the sequence; its flags are attributes."""
         layout, locations = self.layout, self._locate(path.resolve())
-        value = choose(path, layout.option, locations, options) if layout.option else ""
+        value = value or next(iter(locations))
         location = locations[value]
         name = location.name
         if layout.option and value != layout.values[0]:
             name = f"{name}:{layout.option}={value}"
-        fields_file = self._file(location, layout.fields)
-        fields = read_fields(fields_file) if layout.fields and fields_file.is_file() else {}
-        fps = field_fps(fields, layout.fps, fields_file)
-        if layout.fps == "option":
-            fps = float(value)
+        fields = Fields(self._file(location, layout.fields))
+        fps = float(value) if layout.fps == "option" else fields.fps(layout.fps)
         if truth is not None:
             images = self._images(location, None)
-            return _recorded(name, images, truth_file.read(truth), truth, fps=fps)
+            return recorded(name, images, truth_file.read(truth), truth, fps=fps)
         rows = self._json_rows(location) if layout.json_keys else self._text_rows(location)
         images = self._images(location, rows)
         ground_truth, attributes = self._ground_truth(location, rows, images)
-        return _recorded(
+        return recorded(
             name,
             images,
             ground_truth,
@@ -328,8 +325,7 @@ class RowsReader:
 
     def _raw_truth(self, source: Path) -> Mapping[str, Any]:
         """Return the content of a JSON file, or the lines of all sequences in a file by name."""
-        status, names = source.stat(), self.layout.columns.split()
-        stamp = status.st_size, status.st_mtime_ns
+        stamp, names = file_stamp(source), self.layout.columns.split()
         columns = tuple(index for index, name in enumerate(names) if name == "name")
         is_json = bool(self.layout.json_keys)
         raw_truth = _read_json(source, stamp) if is_json else _lines_by_name(source, stamp, columns)
@@ -351,17 +347,17 @@ class RowsReader:
 
     def _json_rows(self, location: _Location) -> _Rows:
         """Return the boxes of a JSON file; an empty list is a frame without a box."""
-        keys, rows, columns = self.layout.json_keys, list[Array](), {}
+        keys, rows, columns = self.layout.json_keys, list[list[float]](), {}
         for frame, row in enumerate(self._json_list(location, keys["boxes"])):
             values = parse_numbers(
                 " ".join(map(str, row or [np.nan] * 4)) if isinstance(row, list) else ""
             )
-            if len(values) not in (4, _POLYGON):
+            if len(values) not in (4, POLYGON):
                 raise SequenceError(
                     f"{location.truth}: {keys['boxes']} of frame {frame} is {quote(str(row))}. "
                     "Expected: x, y, width, height, or the four corners of a polygon."
                 )
-            rows.append(np.array(values) if len(values) == 4 else _around(np.array([values]))[0])
+            rows.append(box_of_region(values))
         if "present" in keys:
             flags = self._json_list(location, keys["present"])
             if len(flags) != len(rows) or not {*map(str, flags)} <= {"0", "1"}:
@@ -377,13 +373,11 @@ class RowsReader:
         source, columns = location.truth, self.layout.columns.split()
         is_open = columns[-1] == "..."
         columns = columns[: len(columns) - is_open]
-        lines = [*enumerate(truth_file.read_text(source).rstrip().splitlines(), 1)]
-        lines = self._raw_truth(source)[location.name] if self._is_shared else lines
+        lines = self._raw_truth(source)[location.name] if self._is_shared else read_lines(source)
         rows: list[list[float]] = []
         for line_number, line in lines:
-            check_line(line, line_number, source)
             row_text = " ".join(line.split()[: len(columns)]) if is_open else line
-            check_form(row_text, line_number, source)
+            check_line(row_text, line_number, source)
             row = _values(split_line(row_text), columns)
             if not row:
                 row_name = "box" if columns == [*BOX] else f"row of {self.layout.title}"
@@ -392,8 +386,6 @@ class RowsReader:
                     f"Expected: {self.layout.columns}."
                 )
             rows.append(row)
-        if not rows:
-            raise SequenceError(f"{source}: there are no rows. Expected: one row per frame.")
         names = [name for name in columns if name not in _TEXTS]
         table = dict(zip(names, np.array(rows).T, strict=True))
         return _Rows(_as_rows(table), table, [line_number for line_number, _ in lines])
@@ -429,17 +421,6 @@ def _match(pattern: str, full: Path) -> Iterator[tuple[Path, str]]:
         yield full.parents[len(name_patterns) - 1], names.pop()
 
 
-def _recorded(name: str, images: list[Path] | Path, *truth: Any, **options: Any) -> Sequence:
-    """Return the sequence of image files or of a video; see `recorded`."""
-    if isinstance(images, list):
-        return recorded_images(name, images, *truth, **options)
-    # imported here, because it loads a decoder
-    from trackmark.datasets.video_frames import VideoFrames
-
-    frames = VideoFrames(images)
-    return recorded(name, frames, [images], *truth, **{**options, "fps": frames.fps})
-
-
 def _spread(values: NDArray[Any], frames: NDArray[np.int64]) -> NDArray[Any]:
     """Return values for all frames up to the last row: NaN or False in frames without a row."""
     fill = np.nan if values.dtype == np.float64 else False
@@ -469,16 +450,7 @@ def _as_rows(table: Mapping[str, Array]) -> Array:
     if "left" in table:
         left, top, right, bottom = (table[name] for name in CORNERS)
         return np.column_stack([left, top, right - left, bottom - top])
-    return _around(np.column_stack([table[name] for name in _POINTS if name in table]))
-
-
-def _around(points: Array) -> Array:
-    """Return the smallest upright boxes around points x1, y1, x2, y2, …, one row per frame."""
-    low, high = (
-        np.column_stack([side(points[:, axis::2], axis=1) for axis in (0, 1)])
-        for side in (np.min, np.max)
-    )
-    return np.column_stack([low, high - low])
+    return enclosing_boxes(np.column_stack([table[name] for name in _POINTS if name in table]))
 
 
 def _check_frames(rows: _Rows, source: Path, spacing: str, first: int) -> None:
@@ -506,7 +478,7 @@ def _check_frames(rows: _Rows, source: Path, spacing: str, first: int) -> None:
 
 @lru_cache(maxsize=4)
 def _read_json(source: Path, stamp: tuple[int, int]) -> Mapping[str, Any]:
-    """Read a JSON object; `stamp` is size and modification time, by which changes are noticed."""
+    """Read a JSON object; see `file_stamp`."""
     try:
         json_object = json.loads(truth_file.read_text(source))
     except (json.JSONDecodeError, RecursionError) as error:

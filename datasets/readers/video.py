@@ -1,11 +1,10 @@
 """Video files with ground truth in a CSV file."""
 
-from collections.abc import Mapping
 from pathlib import Path
 
-from trackmark.datasets import truth_file
 from trackmark.datasets.interface import Sequence
 from trackmark.datasets.recorded import recorded
+from trackmark.datasets.truth_file import read_given_or_default
 
 SUFFIXES = (".avi", ".mp4", ".mkv", ".mov", ".m4v", ".webm", ".mpg")
 
@@ -15,17 +14,7 @@ def recognises(path: Path) -> bool:
     return path.suffix.lower() in SUFFIXES and path.is_file()
 
 
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the file; without `truth`, a `.csv` of the same name is read if it exists."""
-    # imported here, because it loads a decoder
-    from trackmark.datasets.video_frames import VideoFrames
-
-    frames = VideoFrames(path)
-    return recorded(
-        path.resolve().name,
-        frames,
-        [path],
-        *truth_file.read_given_or_default(truth, path.with_suffix(".csv")),
-        truth_missing=truth_file.unread_file_hint(path.with_suffix(".csv"), path.stem),
-        fps=frames.fps,
-    )
+    ground_truth = read_given_or_default(truth, path.with_suffix(".csv"), path.stem)
+    return recorded(path.resolve().name, path, *ground_truth)

@@ -13,40 +13,34 @@ next to `groundtruth.txt`, the current one in `color/`. Since 2023, a folder has
 methodology for single-target trackers", IEEE TPAMI 38(11), 2016.
 """
 
-from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import check_pixels, quote
-from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import (
     image_files,
     numbered_images,
-    recorded_images,
     size_of_first,
 )
-from trackmark.datasets.interface import Array, Mask, Sequence, SequenceError
+from trackmark.datasets.interface import Array, Sequence, SequenceError
 from trackmark.datasets.number_files import (
+    Fields,
     as_boxes,
+    box_of_region,
     check_decimals,
-    check_form,
     check_line,
     check_row_count,
-    field_fps,
-    field_path,
     frames_with_values,
     parse_numbers,
-    read_fields,
     read_flags,
+    read_lines,
     read_rows,
     split_line,
 )
-from trackmark.datasets.recorded import choose, describe_option
+from trackmark.datasets.recorded import Choice, recorded
 from trackmark.datasets.shapes import EncodedMask, Shapes
 from trackmark.datasets.spec_string import natural_order
 from trackmark.datasets.truth_file import GroundTruth
@@ -74,49 +68,40 @@ def recognises(path: Path) -> bool:
     return bool(images) and images[0].stem.isdecimal()
 
 
-def options(path: Path) -> list[dict[str, Any]]:
-    """Return the option `object` of a folder with several; see `datasets.options`."""
+def choice(path: Path) -> Choice:
+    """Return the option `object` of a folder with several."""
     objects = list(_truth_files(path))
-    return [describe_option("object", objects, objects[0])] if len(objects) > 1 else []
+    return Choice("object", objects, objects[0]) if len(objects) > 1 else Choice()
 
 
-def list_sequences(path: Path) -> list[Path]:
-    """Return one path per object."""
-    objects = list(_truth_files(path))
-    paths = [path.with_name(f"{path.name}:object={name}") for name in objects]
-    return paths if len(paths) > 1 else [path]
-
-
-def read(path: Path, truth: Path | None, options: Mapping[str, str]) -> Sequence:
+def read(path: Path, truth: Path | None, value: str) -> Sequence:
     """Open the folder: `*.tag` and `*.label` are attributes, `*.value` are frame values."""
-    name, fields = path.resolve().name, {}
-    if (path / FIELDS).is_file():
-        fields = read_fields(path / FIELDS)
+    name, fields = path.resolve().name, Fields(path / FIELDS)
     images = numbered_images(_image_folder(path, fields), 1)
     if truth is not None:
-        return recorded_images(name, images, truth_file.read(truth), truth)
+        return recorded(name, images, truth_file.read(truth), truth)
     truths = _truth_files(path)
-    target = choose(path, "object", truths, options)
-    source = truths[target] if target else field_path(fields, "groundtruth", path / FIELDS, TRUTH)
+    target = value or next(iter(truths))
+    source = truths[target] if target else fields.location("groundtruth", TRUTH)
     name = f"{name}_{target}" if len(truths) > 1 else name
-    regions = _read_regions(source, images)
-    n = len(regions.boxes)
+    ground_truth, shapes = _read_regions(source, images)
+    n = len(ground_truth.boxes)
     if (path.resolve().name, len(images), n) not in PARTIAL:
         check_row_count(n, images, source)
     n_values = frames_with_values(n, images)
-    return recorded_images(
+    return recorded(
         name,
         images,
-        GroundTruth(regions.boxes, annotated=regions.annotated),
+        ground_truth,
         source,
-        fps=field_fps(fields, "fps", path / FIELDS),
+        fps=fields.fps("fps"),
         attributes=read_flags(_files(path, ["*.tag", "*.label"]), n_values, padded=True),
         frame_values={
             file.stem: _read_values(file, n_values) for file in _files(path, ["*.value"])
         },
-        masks=regions.mask if regions.size != (0, 0) else None,
-        shapes=Shapes(regions.shapes, range(n), regions.size) if regions.shapes else None,
-        digests=lambda files: file_digests([*files, source]),
+        masks=None if shapes is None else shapes.mask,
+        shapes=shapes,
+        further_files=[source],
     )
 
 
@@ -128,25 +113,9 @@ def _truth_files(path: Path) -> dict[str, Path]:
     return {file.stem.removeprefix(OBJECT): file for file in files}
 
 
-@dataclass(frozen=True)
-class _Regions:
-    """Ground truth of all frames."""
-
-    boxes: Array  # (n, 4); NaN if the target is absent or the frame is not annotated
-    annotated: NDArray[np.bool_]  # (n,)
-    # polygon or mask by frame; a frame with a box has none
-    shapes: Mapping[int, Array | EncodedMask]
-    size: tuple[int, int]  # width and height of the images; (0, 0) if there is no mask
-
-    def mask(self, frame: int) -> Mask | None:
-        """Return the mask of a frame, or None if its region is not a mask."""
-        shape = self.shapes.get(frame)
-        return shape.decode(self.size) if isinstance(shape, EncodedMask) else None
-
-
-def _read_regions(path: Path, images: list[Path]) -> _Regions:
-    """Read boxes, polygons and masks of all frames."""
-    lines = truth_file.read_text(path).rstrip().splitlines()
+def _read_regions(path: Path, images: list[Path]) -> tuple[GroundTruth, Shapes | None]:
+    """Read boxes, and polygons and masks if there are any."""
+    lines = [line for _, line in read_lines(path)]
     size = (0, 0)
     if any(line.lstrip().startswith("m") for line in lines):
         size = size_of_first(images)
@@ -156,7 +125,6 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
     polygons: dict[int, Array] = {}
     for frame, line in enumerate(lines):
         check_line(line, frame + 1, path)
-        check_form(line, frame + 1, path)
         try:
             if line.lstrip().startswith("m"):
                 masks[frame] = mask = _parse_mask(line.strip().removeprefix("m"), size)
@@ -164,17 +132,19 @@ def _read_regions(path: Path, images: list[Path]) -> _Regions:
             else:
                 row = _parse_row(line)
                 annotated[frame] = row != _NOT_ANNOTATED
-                boxes[frame] = _box(row)
+                boxes[frame] = box_of_region(row)
                 if len(row) > 4:
                     polygons[frame] = np.array(row).reshape(-1, 2)
         except ValueError as error:
             raise SequenceError(f"{path}: line {frame + 1}: {error}.") from None
-    if not lines:
-        raise SequenceError(f"{path}: there are no rows. Expected: one row per frame.")
     check_decimals(lines, path)
     boxes = as_boxes(boxes, path)
     polygons = {frame: polygon for frame, polygon in polygons.items() if boxes[frame, 2] >= 0.0}
-    return _Regions(boxes, annotated, {**masks, **polygons}, size)
+    shapes: dict[int, Array | EncodedMask] = {**masks, **polygons}
+    return (
+        GroundTruth(boxes, annotated=annotated),
+        Shapes(shapes, range(len(lines)), size) if shapes else None,
+    )
 
 
 def _parse_row(line: str) -> list[float]:
@@ -188,16 +158,6 @@ def _parse_row(line: str) -> list[float]:
     if len(row) < 4 or unknown.any() or (len(row) > 4 and len(row) % 2):
         raise ValueError(f"{quote(line.strip())} is not a region. Expected: {_ROW}")
     return row
-
-
-def _box(row: list[float]) -> list[float]:
-    """Return the box around the box or polygon of a row; NaN if there is none."""
-    if len(row) < 4:
-        return [np.nan] * 4
-    if len(row) == 4:
-        return row
-    points = np.array(row).reshape(-1, 2)
-    return [*points.min(axis=0), *np.ptp(points, axis=0)]
 
 
 def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
@@ -217,12 +177,12 @@ def _parse_mask(row: str, size: tuple[int, int]) -> EncodedMask:
     return EncodedMask(x, y, width, height, np.array(runs, np.int64))
 
 
-def _image_folder(path: Path, fields: Mapping[str, str]) -> Path:
+def _image_folder(path: Path, fields: Fields) -> Path:
     """Return the folder of the images; if there are several channels, of the colour images."""
     channels = [key for key in fields if key.startswith("channels.")]
     key = "channels.color" if "channels.color" in channels or not channels else channels[0]
     if key in fields:
-        pattern = field_path(fields, key, path / FIELDS)
+        pattern = fields.location(key)
         return pattern.parent if pattern.suffix else pattern
     return path / "color" if (path / "color").is_dir() else path
 

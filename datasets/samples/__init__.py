@@ -4,7 +4,6 @@ A man talks in a moving car, 176x144 pixels, 120 frames. The ground-truth files 
 marked by eye; their first lines describe the procedure and its accuracy.
 """
 
-from collections import abc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -55,32 +54,14 @@ class _Samples:
             raise SequenceError(
                 f"{name}: unknown option {quote(next(iter(options)))}. Options: none."
             )
-        # imported here, because it loads a video decoder
-        from trackmark.datasets.recorded import recorded
-        from trackmark.datasets.video_frames import VideoFrames
+        from trackmark.datasets.recorded import recorded  # imported here, because it loads decoders
 
         if not CLIP.is_file():
             raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
+        if file_digests([CLIP]) != [CLIP_SHA256]:
+            raise SequenceError(f"{CLIP}: this is not the clip that was annotated. {REINSTALL}")
         truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
-        frames = VideoFrames(CLIP)
-        return recorded(
-            name,
-            frames,
-            [CLIP],
-            truth_file.read(truth),
-            truth,
-            fps=frames.fps,
-            image_size=SIZE,
-            digests=_digests,
-        )
-
-
-def _digests(files: abc.Sequence[Path]) -> list[str]:
-    """Return the digests of the files after a check that the clip is the annotated one."""
-    digests = file_digests(files)
-    if digests != [CLIP_SHA256]:
-        raise SequenceError(f"{files[0]}: this is not the clip that was annotated. {REINSTALL}")
-    return digests
+        return recorded(name, CLIP, truth_file.read(truth), truth, image_size=SIZE)
 
 
 SUITE = _Samples()

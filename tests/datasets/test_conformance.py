@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from tests.datasets.synthetic.scenes import slow_if_unchanged
+from tools.golden_digests import golden_digests, look_difference
 from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.catalogue import SUITES as SUITE_PATHS
 from trackmark.datasets.catalogue import suites
-from trackmark.datasets.golden import golden_digests, look_difference
 from trackmark.datasets.metadata import sequence_metadata
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import FOLDER, SyntheticSuite

@@ -202,7 +202,7 @@ def test_invalid_path_is_refused(text, message, tmp_path, monkeypatch):
         datasets.load(text)
     assert len(str(error.value)) < 900
     with pytest.raises(SequenceError, match=r"cannot be read \(File name too long\)"):
-        readers.reads(tmp_path / ("a" * 300))
+        readers.path_format(tmp_path / ("a" * 300))
 
 
 def test_given_ground_truth_opens_a_folder_without_targets(tmp_path, write_images):

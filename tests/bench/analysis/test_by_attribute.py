@@ -101,4 +101,4 @@ def test_plot_has_a_panel_per_attribute():
     figure = plot_attributes(curves, OVERLAP, "title")
     labels = [axes.get_xlabel() for axes in figure.axes if axes.get_visible()]
     names = dict.fromkeys(entry.attribute for entry in curves)
-    assert labels == [attributes.find(name).heading for name in names]
+    assert labels == [attributes.ATTRIBUTES[name].heading for name in names]

@@ -272,6 +272,7 @@ def test_unusable_trackers_and_sequences_are_named_together(
         ),
         ("run --trackers no-tracker.py --sequences A,B", None),
         ("compare static --against no-tracker.py --sequences A", None),
+        ("run experiment.toml", None),  # the tracker is not among the arguments
     ],
 )
 def test_command_without_unusable_input_is_printed(
@@ -281,7 +282,10 @@ def test_command_without_unusable_input_is_printed(
     for name in ("A", "B"):
         otb(workspace / name, 3)
     (workspace / "B/groundtruth_rect.txt").write_text("no box")
+    experiment = 'version = 1\ntrackers = ["static", "no-tracker.py"]\nsequences = ["A"]\n'
+    (workspace / "experiment.toml").write_text(experiment)
     error = trackmark(*typed.split(), status=2).stderr
+    assert "no-tracker.py: this tracker file does not exist" in error
     assert error.count("\n  trackmark ") == (remaining is not None)
     if remaining:
         assert f"\nTo go on without the above:\n  trackmark {remaining}\n" in error

@@ -319,7 +319,7 @@ def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
     ]
     file = workspace / "theirs.csv"
     file.write_text("\n".join(["tracker,sequence,mean_overlap", *rows]))
-    trackmark("report", "results/mine", "--published", "theirs.csv")
+    printed = trackmark("report", "results/mine", "--published", "theirs.csv").stdout
     page = (workspace / "results" / "mine" / "report.html").read_text()
     ranking = page.partition('<ol class="ranking">')[2].partition("</ol>")[0]
     assert re.findall(r"<span>([\w-]+)</span></span>", ranking) == ["A", "camshift", "static", "B"]
@@ -328,6 +328,7 @@ def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
     assert "part-subsets" not in page  # all sequences have the same parameters
     heading = f"camshift has rank 2 of 4 by mean overlap on 6 scenes: {mean:.2f}."
     assert heading in page
+    assert heading in " ".join(printed.split())
     heat = Cells(page).tables["heat"]
     columns = ["camshift", "static", "A (published)", "B (published)", "median published"]
     assert [cell["text"].strip() for cell in heat[0][1:]] == columns
@@ -339,7 +340,7 @@ def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):
 def test_published_trackers_have_the_metric_of_the_others(trackmark, workspace, otb):
     otb(workspace / "data" / "Deer", 4)
     trackmark("run", "--trackers", "static,camshift", "--sequences", "data/Deer", "--name", "mine")
-    trackmark("report", "results/mine", "--published", "otb100")
+    printed = trackmark("report", "results/mine", "--published", "otb100").stdout
     page = (workspace / "results" / "mine" / "report.html").read_text()
     board = page.partition('<ol class="lead')[2].partition("</section>")[0]
     rows = {
@@ -364,7 +365,10 @@ def test_published_trackers_have_the_metric_of_the_others(trackmark, workspace, 
         name: f"{value:.2f}" for name, value in overlaps.items()
     }
     ranked = sorted(overlaps.values(), reverse=True)
-    assert rows["static"][0] == f"rank {ranked.index(overlap_of['static']) + 1}"
+    rank = ranked.index(overlap_of["static"]) + 1
+    assert printed.startswith(f"static has rank {rank} of 36 by mean overlap (otb) on this sequen")
+    assert re.search(rf"^camshift +{overlap_of['camshift']:.2f} ", printed, re.M)
+    assert rows["static"][0] == f"rank {rank}"
     best = max(theirs, key=theirs.__getitem__)
     assert rows[best][0] == f"rank {ranked.index(theirs[best]) + 1}, published"
     first, _, folded = board.partition("<details")
