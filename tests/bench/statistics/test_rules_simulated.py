@@ -326,7 +326,7 @@ def simulated_scenes(random, n_claims, n_scenes, loss=0.0):
     return is_kept, shares - np.array([loss, 0.0]).reshape(2, 1, 1)
 
 
-def testable(is_kept, kind):
+def can_be_tested(is_kept, kind):
     """Return which claims are neither at floor nor at ceiling; `is_kept`: (2, claims, n)."""
     n = is_kept.shape[-1]
     low, high = np.transpose([share_interval(k, n) for k in range(n + 1)])[:, is_kept.sum(axis=-1)]
@@ -351,7 +351,7 @@ def test_wrong_claims_hold_in_at_most_one_of_forty_cases():
         is_kept, (first, second) = simulated_scenes(random, n_claims, n, margin)
         differences = first - second
         rule = order if kind == "order" else partial(no_worse, margin=margin)
-        is_testable = testable(is_kept, kind)
+        is_testable = can_be_tested(is_kept, kind)
         wrong += np.sum((rule(differences) == "holds") & is_testable)
         entry = claim(better="A", worse="B", test=kind, margin=margin or CLAIM_MARGIN)
         for k in range(40):
