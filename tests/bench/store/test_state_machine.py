@@ -319,6 +319,6 @@ def test_any_order_of_actions_gives_undisturbed_results(experiment):
     assert min(counted[status] for status in ("missing", "stale", "failed", "finished")) > 0
 
 
-@pytest.mark.slow
+@pytest.mark.weekly
 def test_many_orders_of_actions_give_undisturbed_results(experiment):
     assert experiment(examples=80, steps=20)["kills"] > 100
