@@ -9,9 +9,18 @@ from PIL import Image
 from tools import paper_sums
 from trackmark.bench.papers import SETTINGS, paper_names
 from trackmark.bench.papers.main_table import MainCell
-from trackmark.bench.papers.markdown_page import details_file
+from trackmark.bench.papers.markdown_page import details_file, section_text
 from trackmark.bench.papers.paper import read_paper
-from trackmark.bench.papers.sections import DECIDED, DIFFERS, REAL_VIDEO, read_notes
+from trackmark.bench.papers.sections import (
+    DECIDED,
+    DIFFERS,
+    NOT_JUDGED,
+    REAL_VIDEO,
+    Section,
+    chain_section,
+    read_notes,
+)
+from trackmark.bench.papers.tables import choice_table
 
 FOLDER = Path(__file__).parents[1] / "docs" / "papers"
 PICTURES = FOLDER.parent / "pictures" / "papers"
@@ -87,6 +96,19 @@ def test_page_is_short_and_in_order(paper):
     assert text.count(read_paper(paper).finding) == 1
     for setting in SETTINGS:
         assert f"- {setting}: Main results reproduced: " in text.partition("\n## ")[0]
+
+
+@PAPERS
+def test_pages_have_the_present_notes_and_values(paper):
+    content, notes = read_paper(paper), read_notes(paper)
+    sections = [Section("", heading, [notes[heading]]) for heading in (DIFFERS, DECIDED)]
+    for section in (*sections, chain_section(content)):
+        assert section_text(section) in read(paper)
+    assert f"\n\n{content.main_table.caption} Ours: " in read(paper)
+    details = details_file(FOLDER / f"{paper}.md").read_text("utf-8")
+    choices = Section("", "Choices of the trackers", tables=[choice_table(content)])
+    for section in (Section("", NOT_JUDGED, [notes[NOT_JUDGED]]), choices):
+        assert section_text(section) in details
 
 
 @PAPERS

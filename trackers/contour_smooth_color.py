@@ -60,7 +60,8 @@ class ContourSmoothColor(segmenter.Segmenter):
         **segmenter.Segmenter.choices,
         "mixtures G(t - 2) and G(t - 1)": (
             "fitted to the last two segmented frames",
-            "a recursion over predictions would never use an image",
+            "our reading: the text does not say where a G comes from; a recursion over predictions "
+            "would keep the colours of the first frame",
         ),
         "numbers of colours to which they are fitted, target and background": (
             segmenter.REFIT_POINTS,

@@ -85,8 +85,8 @@ class Moreno2005Parameters(segmenter.SegmenterParameters):
         "shared: all centroids also share a random linear map; diagonal: all numbers have "
         "independent noise",
         origin=chosen(
-            "the printed full random matrix would add angles to eigenvalues; independent noise is "
-            "the part of it that keeps units"
+            "differs from the text: the random matrix of section 4.2 is full and would add angles "
+            "to eigenvalues; independent noise is the part of it that keeps units"
         ),
     )
     mean_spread: float = nonnegative(

@@ -67,7 +67,9 @@ class Nummiaro2003Parameters(Parameters):
     axes: motion.Axes = choice(
         "together",
         "together: one size noise for both half axes; apart: one for each",
-        origin=chosen("not printed; the state has one scale change a' for both half axes"),
+        origin=chosen(
+            "not printed; the state has one scale change a' for both half axes; Hx / Hy stays fixed"
+        ),
     )
     scale_change: motion.ScaleChange = choice(
         "linear",
@@ -244,6 +246,10 @@ class Nummiaro2003(SharingTracker):
             "those of the first frame, after each update",
             "μ and σ of eq. 13 and 14 depend on q, and q changes",
         ),
+        "last position of a lost target": (
+            "the last mean state with more than half of the particles similar to the target",
+            "not printed; later mean states can lie on the background",
+        ),
         "share of particles near the last position of a lost target": (
             motion.NEAR_SHARE,
             "section 6 names places where the target is expected and image borders",
@@ -252,6 +258,26 @@ class Nummiaro2003(SharingTracker):
             motion.NEAR_SPREAD,
             "not printed; a lost target of everyday speed moves less in a few frames, mostly "
             "across",
+        ),
+        "share of particles near the predicted position, with `placement=predicted`": (
+            motion.PREDICTED_SHARE,
+            "not printed; section 6 names places where the target is expected, and image borders",
+        ),
+        "prediction: mean velocity over positions, and its limit per axis [Hx/frame]": (
+            (motion.N_REMEMBERED, motion.MAX_SPEED),
+            "not printed; the mean over many frames is smoother than the state's velocity",
+        ),
+        "positions that count for the prediction": (
+            "those with ρ of the mean state above (1 + threshold) / 2",
+            "not printed; half-way between the threshold of eq. 15 and the largest ρ",
+        ),
+        "deviations of predicted particles in x and y, growth in x per lost frame, limit [Hx]": (
+            (*motion.PREDICTED_SPREAD, motion.SPREAD_GROWTH, motion.MAX_SPREAD),
+            "not printed; the prediction becomes less certain, mostly across",
+        ),
+        "deviation of the logarithm of the size of predicted particles": (
+            motion.SIZE_SPREAD,
+            "not printed; one factor for both half axes",
         ),
         "boxes in which the other particles of a lost target are placed": (
             "left and right border, at the last y",

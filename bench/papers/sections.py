@@ -56,6 +56,7 @@ LABEL_SENTENCES = {
 """Explanations of verdicts that are not counted, by their labels."""
 
 DIFFERS, DECIDED = "What differs and why", "Decided after results had been seen"
+NOT_JUDGED = "Statements that are not judged"
 """Headings in `notes.md`."""
 
 REAL_VIDEO = "Real video"
@@ -114,7 +115,7 @@ def details_sections(
     verdicts: Sequence[VerdictRow],
 ) -> list[Section]:
     """Return the sections of a paper's details page; `main`: tables in addition to the main one."""
-    paper = context.paper
+    paper, notes = context.paper, read_notes(context.paper.name)
     sensitivity = read_sensitivity(paper)
     if not sensitivity.rows:
         reason = "No choice moves the main measure on development data by more than 0.02."
@@ -129,6 +130,7 @@ def details_sections(
     return [
         Section("method", "Method and videos", [paper.citation, paper.method, VIDEOS, history]),
         *([Section("rules", "Rules of the verdicts", [RULES])] if verdicts else []),
+        *([Section("not-judged", NOT_JUDGED, [notes[NOT_JUDGED]])] if NOT_JUDGED in notes else []),
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
         Section("considered", "Values that were not taken", tables=[candidate_table(paper)]),

@@ -144,7 +144,10 @@ class SegmenterParameters(Parameters):
         "literal",
         "literal: weights are differences of mean posteriors; exponential: exponentials of "
         "these differences",
-        origin=printed("sections 5.2 to 5.4: weights are differences of mean posteriors"),
+        origin=chosen(
+            "sections 5.2 to 5.4 print two mean posteriors, with an operator between them that "
+            "cannot be read; not scaled by a temperature, which the text does not print"
+        ),
     )
     contour_temperature: float = positive(
         0.02,
@@ -246,10 +249,14 @@ class Segmenter(SharingTracker):
             "difference",
             "the printed operator cannot be read; a ratio has no bound if the mean outside is 0",
         ),
+        "weight of a negative difference, with `weights=literal`": (
+            0.0,
+            "not printed; no weight of a particle is negative",
+        ),
         "fixed point of the affine deformation": (
             "mean of the contour's points",
-            "section 4.3 prints image coordinates; a change of size would then displace a target "
-            "far from the image corner",
+            "differs from the text: section 4.3 prints image coordinates; a change of size would "
+            "then displace a target far from the image corner",
         ),
         "minimum number of pixels inside a contour": (
             MIN_AREA,

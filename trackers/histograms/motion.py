@@ -106,6 +106,9 @@ NEAR_SPREAD = 3.0, 1.0  # standard deviations of these particles in x and y [Hx]
 N_REMEMBERED = 20  # positions that determine the mean velocity
 MAX_SPEED = 0.4  # limit of the mean velocity per axis [Hx/frame]
 SIZE_SPREAD = 0.08  # standard deviation of the logarithm of the size, with `predicted`
+PREDICTED_SHARE = 0.7  # share of particles near the predicted position, with `predicted`
+PREDICTED_SPREAD = 1.0, 0.5  # standard deviations of these particles in x and y [Hx]
+SPREAD_GROWTH, MAX_SPREAD = 0.05, 3.0  # growth in x per lost frame, and limit [Hx]
 
 
 @dataclass
@@ -166,7 +169,7 @@ class LocationMemory:
         if placement == "last" and self._last_seen is not None:
             share, centre, deviation = NEAR_SHARE, self._last_seen, sizes[0] * np.array(NEAR_SPREAD)
         elif placement == "predicted" and self._reliable:
-            share = 0.7
+            share = PREDICTED_SHARE
             centre, deviation = self._prediction(frame)
             spread = random.standard_normal((n, 1))
             sizes = np.maximum(sizes * np.exp(SIZE_SPREAD * spread), 1.0)
@@ -190,7 +193,8 @@ class LocationMemory:
         fastest = MAX_SPEED * self.half_axes[0]
         lost = frame - end
         centre = place + lost * np.clip(velocity, -fastest, fastest)
-        spread = np.array([min(3.0, 1.0 + 0.05 * lost), 0.5])
+        across, upwards = PREDICTED_SPREAD
+        spread = np.array([min(MAX_SPREAD, across + SPREAD_GROWTH * lost), upwards])
         return centre, self.half_axes[0] * spread
 
     def _image_box(self) -> Array:

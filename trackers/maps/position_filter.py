@@ -86,6 +86,10 @@ class PositionFilter(SharingTracker):
             "the init box, displaced by r u",
             "section 2.3, step 1: near the initial state, without a distribution",
         ),
+        "first velocity s_(k-1) - s_(k-2)": (
+            0.0,
+            "eq. 8 needs two earlier positions, and the first frame has one; not stated",
+        ),
         "limits of predicted positions": ("pixel centres of the image", "not stated"),
     }
 

@@ -156,6 +156,10 @@ candidates = [{ name = "16 bins", changed_options = { camshift = "hue_bins=16" }
 
 - The length of the scenes.
 
+## Statements that are not judged
+
+- The tracker is easy to use: not measured.
+
 ## History
 
 - One scene was replaced.

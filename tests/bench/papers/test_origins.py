@@ -23,7 +23,6 @@ POSITION_FILTER = COLOUR_AND_MOTION | {
     "velocity": ("particle", "eq. 8: s_(k-1) - s_(k-2) of each particle"),
 }
 SEGMENTER = {
-    "weights": ("literal", "sections 5.2 to 5.4: weights are differences of mean posteriors"),
     "ring": ("image", "section 5.2: image pixels in and out of W"),
     "outside": ("image", "section 5.4: image pixels inside and outside the contour"),
     "snake": (True, "section 5.5: the average contour initialises a snake"),
