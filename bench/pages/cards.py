@@ -18,8 +18,7 @@ from trackmark.bench.analysis.comparison import (
     means_of_subset,
     subsets_of,
 )
-from trackmark.bench.analysis.run_summary import ranked_trackers
-from trackmark.bench.analysis.score_tables import means_by_tracker
+from trackmark.bench.analysis.score_tables import means_by_tracker, ranked_trackers
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
 from trackmark.bench.pages.content import PageTable, PlayerRun, PlayerSequence, player_link
 from trackmark.bench.pages.page import card
