@@ -4,7 +4,7 @@ import hashlib
 from collections import abc
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.interface import Array, Frames, Mask, Origin, Sequence, SequenceError
-from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
+
+if TYPE_CHECKING:
+    from trackmark.datasets.shapes import Shapes
 
 _MAX_LISTED = 20  # maximum number of values of an option in a description or message
 
@@ -58,7 +60,7 @@ def recorded(
     frame_names: list[str] | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
-    shapes: Shapes | None = None,
+    shapes: "Shapes | None" = None,
     frame_values: Mapping[str, Array] | None = None,
     image_size: tuple[int, int] | None = None,
     description: str = "",

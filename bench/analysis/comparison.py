@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.analysis.comparable_runs import (
+from trackmark.bench.analysis.run_checks import (
     AllFailedError,
     ComparisonError,
     check_runs,

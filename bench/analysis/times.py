@@ -6,9 +6,8 @@ from math import isfinite
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.metrics.times import RUN_DELAY_CLOCK
+from trackmark.bench.metrics.times import MAX_RUN_DELAY, RUN_DELAY_CLOCK
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
-from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 TIME = ScoreMeasure("ms_per_frame", "ms/frame", "", None, 3, minimum=0.0)
 """Mean time of an update [ms]."""

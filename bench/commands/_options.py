@@ -298,8 +298,8 @@ def matching_sequences(
     for more or fewer than one sequence. If sequences cannot be used, the error also names those of
     `trackers` that cannot be used.
     """
+    from trackmark.datasets.catalogue import select_sequences
     from trackmark.datasets.interface import UnusableSequencesError
-    from trackmark.datasets.selection import select_sequences
 
     try:
         with report_slow_work("Looking for sequences"):

@@ -316,7 +316,7 @@ class RunProgress:
 
 def print_corner_hints(runs: "Runs") -> None:
     """Print a hint for each tracker that seems to return corners."""
-    from trackmark.bench.analysis.corner_boxes import corner_boxes
+    from trackmark.bench.analysis.run_checks import corner_boxes
 
     for hint in corner_boxes(runs):
         print_event("warning", hint)

@@ -21,7 +21,7 @@ from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
-    from trackmark.datasets.metadata import SequenceMetadata
+    from trackmark.datasets.interface import SequenceMetadata
     from trackmark.datasets.official_sets import Coverage
 
 

@@ -14,7 +14,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.metrics.regions import Segmentation
@@ -121,7 +120,7 @@ class Run:
         """Return the ground-truth box of each row, shape (n, 4)."""
         if sequence is None:
             sequence = self.open_sequence()
-        loaded = load_sequence(sequence) if isinstance(sequence, str | Path) else sequence
+        loaded: Sequence = opened(sequence)
         if loaded.fingerprint != self.identity.fingerprint:
             raise ValueError(
                 f"{self!r} was made on another sequence, or on another version of {loaded.name}."
@@ -157,6 +156,9 @@ class Run:
 
     def open_sequence(self) -> Sequence:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
+        # The process of a command scores runs by stored ground truths and opens no sequence.
+        from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
+
         if sequence := evaluated_sequences.get(self.identity.fingerprint):
             return sequence
         name = self.metadata.get("source") or self.identity.sequence
@@ -165,6 +167,15 @@ class Run:
     def __repr__(self) -> str:
         key = self.identity
         return f"<Run {key.tracker} on {key.sequence}, repetition {key.repetition}: {self.status}>"
+
+
+def opened(sequence: Any) -> Any:
+    """Return a sequence, or its ground truth; a name or path is opened."""
+    if not isinstance(sequence, str | Path):
+        return sequence
+    from trackmark.bench.evaluation.sequence_cache import load_sequence
+
+    return load_sequence(sequence)
 
 
 def drawing_note(tracker: str, generators: str) -> str:

@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench import protocols
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trajectory
-from trackmark.bench.evaluation.sequence_cache import load_sequence
+from trackmark.bench.evaluation.run_record import Run, Trajectory, opened
 from trackmark.bench.metrics import canonical_name, find_metrics
 from trackmark.bench.metrics.interface import (
     FrameState,
@@ -60,7 +59,7 @@ def score_run(
         raise ValueError(f"{run!r} cannot be scored: {run.failure.splitlines()[0]}")
     if trajectory not in get_args(Trajectory):
         raise ValueError(f"unknown trajectory {trajectory!r}. Known: online, revised.")
-    scored = _truth(sequence)
+    scored = opened(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
     if fingerprint != run.identity.fingerprint:
         raise ValueError(
@@ -254,7 +253,8 @@ def score(
 
     Examples
     --------
-    >>> truth = load_sequence("samples/face")
+    >>> from trackmark import datasets
+    >>> truth = datasets.load("samples/face")
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
@@ -268,7 +268,7 @@ def score(
                 f"{type(run_or_boxes).__name__} is neither a run nor boxes. Expected: a run, for "
                 "example results['static', 'face'], or an array of shape (n, 4)."
             ) from None
-        truth = _truth(sequence)
+        truth = opened(sequence)
         _check_annotation(metrics, truth, getattr(truth, "name", "the sequence"))
         return dict(find_metrics(metrics).score(truth, RunEstimates(boxes)).scores)
     run = run_or_boxes
@@ -291,7 +291,3 @@ def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
         return scores
     revised = score(run, sequence, trajectory="revised")
     return scores | {REVISED + name: value for name, value in revised.items()}
-
-
-def _truth(sequence: str | Path | GroundTruthLike) -> GroundTruthLike:
-    return load_sequence(sequence) if isinstance(sequence, str | Path) else sequence

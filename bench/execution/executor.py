@@ -13,9 +13,15 @@ import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run, drawing_note
-from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
+from trackmark.bench.execution.plan import (
+    OpenedSequences,
+    Plan,
+    RunStatus,
+    Tasks,
+    make_plan,
+    missing_tasks,
+)
 from trackmark.bench.execution.pool import Pool
-from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -23,7 +29,7 @@ from trackmark.bench.experiments.experiment import (
     SequenceSpec,
     read_experiment,
 )
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs, list_runs
 from trackmark.bench.store.truth import StoredTruth, stored_truth

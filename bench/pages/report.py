@@ -15,13 +15,13 @@ import pandas as pd
 from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
-from trackmark.bench.analysis.comparable_runs import (
+from trackmark.bench.analysis.comparison import Comparison, rank_among_published
+from trackmark.bench.analysis.decisions import Answer, answer_of
+from trackmark.bench.analysis.run_checks import (
     ComparisonError,
+    corner_boxes,
     same_boxes,
 )
-from trackmark.bench.analysis.comparison import Comparison, rank_among_published
-from trackmark.bench.analysis.corner_boxes import corner_boxes
-from trackmark.bench.analysis.decisions import Answer, answer_of
 from trackmark.bench.analysis.run_summary import answer_on
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
 from trackmark.bench.analysis.score_tables import (

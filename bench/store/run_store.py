@@ -17,20 +17,18 @@ from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import (
-    Database,
-    open_database,
-    pack,
-    select_group,
-    unpack,
-    warn_of_damage,
-)
-from trackmark.bench.store.keys import (
     FILE_NAME,
     RUN_KEY_COLUMNS,
     DamagedError,
+    Database,
     ResultsError,
     RunKey,
+    open_database,
+    pack,
     run_key,
+    select_group,
+    unpack,
+    warn_of_damage,
 )
 from trackmark.bench.store.run_rows import run_row, scorer_version
 from trackmark.bench.store.truth import StoredTruth, put_truth

@@ -17,15 +17,16 @@ from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.database import open_database, warn_of_damage
-from trackmark.bench.store.keys import (
+from trackmark.bench.store.database import (
     FILE_NAME,
     RUN_KEY_COLUMNS,
     DamagedError,
     ResultsError,
     RunKey,
+    open_database,
     refuse_empty_file,
     run_key,
+    warn_of_damage,
 )
 from trackmark.bench.store.run_rows import (
     NUMBER_FIELDS,

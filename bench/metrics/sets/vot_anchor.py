@@ -28,8 +28,8 @@ from trackmark.bench.metrics.interface import (
     select_evaluated,
     single_run_result,
 )
-from trackmark.bench.metrics.loss import first_streak
 from trackmark.bench.metrics.region_overlap import raster_overlap
+from trackmark.bench.metrics.sets.native import first_streak
 
 _FAILURE_FRAMES = 10
 _FAILURE_OVERLAP = 0.1

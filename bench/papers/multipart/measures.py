@@ -4,7 +4,7 @@ import numpy as np
 
 from trackmark.bench.metrics import loss
 from trackmark.bench.metrics.boxes import centre_inside
-from trackmark.bench.metrics.loss import SUCCESS_OVERLAP
+from trackmark.bench.metrics.sets.native import SUCCESS_OVERLAP
 from trackmark.bench.papers.measures import MeasuredRun, Values, measure
 
 PERSON = "full"

@@ -15,8 +15,7 @@ from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.store import run_rows, run_store
 from trackmark.bench.store import runs as runs_module
-from trackmark.bench.store.database import pack, unpack
-from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.database import ResultsError, pack, run_key, unpack
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.run_store import RunStore
