@@ -6,6 +6,7 @@ sequence, not by repetition, because equal repetitions have no common effect on 
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import combinations
 from math import inf, nan
 from pathlib import Path
@@ -109,16 +110,25 @@ class Comparison:
     left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
-    # mark of the time per frame by tracker; see `analysis.times`
-    time_marks: Mapping[str, str] = field(default_factory=dict)
-    time_notes: Sequence[str] = ()
+    # runs whose times per frame the standings have
+    measured: pd.DataFrame = field(default_factory=pd.DataFrame)
     undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
     published: Collection[str] = ()  # trackers with published scores
 
     @property
-    def sign(self) -> float:
-        """1 if higher scores are better, else -1."""
-        return _sign(self.measure)
+    def ranked(self) -> list[Standing]:
+        """Standings by their means, the best first."""
+        return sorted(self.standings, key=lambda entry: -self.measure.sign * entry.mean)
+
+    @cached_property
+    def time_marks(self) -> dict[str, str]:
+        """Mark of the time per frame by tracker; see `analysis.times`."""
+        return time_marks(self.measured)
+
+    @cached_property
+    def time_notes(self) -> list[str]:
+        """Notes on the times; see `analysis.times`."""
+        return time_notes(self.measured)
 
     @property
     def unit_suffix(self) -> str:
@@ -330,7 +340,7 @@ def compare_trackers(
     unbeaten = () if published else _unbeaten(means, pairs, units)
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     unpublished = [standing for standing in standings if standing.tracker not in published]
-    best = max(unpublished or standings, key=lambda standing: _sign(measure) * standing.mean)
+    best = max(unpublished or standings, key=lambda standing: measure.sign * standing.mean)
     return Comparison(
         measure=measure,
         units=units,
@@ -344,10 +354,9 @@ def compare_trackers(
         left_out=failures.left_out,
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
+        measured=measured,
         undefined=undefined,
         published=published,
-        time_marks=time_marks(measured),
-        time_notes=time_notes(measured),
     )
 
 
@@ -395,7 +404,7 @@ def _pairs(
     names = [pair for pair in combinations(means, 2) if not {*pair} <= {*published}]
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
-    sign, limit = _sign(measure), measure.maximum - measure.minimum
+    sign, limit = measure.sign, measure.maximum - measure.minimum
     pairs = []
     for first, second in names:
         differences = means[first] - means[second]
@@ -412,11 +421,6 @@ def _pairs(
         wins = int((sign * by_unit > 0).sum())
         pairs.append(Pair(first, second, differences, by_unit, decision, interval, wins, same))
     return pairs
-
-
-def _sign(measure: ScoreMeasure) -> float:
-    """Return 1 if higher scores are better, else -1."""
-    return 1.0 if measure.direction == "higher" else -1.0
 
 
 def _survival(runs: pd.DataFrame) -> float:

@@ -87,7 +87,7 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     """Return the standings for a terminal: means have one decimal less, the best is first."""
     measure, few = comparison.measure, _too_few(comparison)
     short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
-    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    ranked = comparison.ranked
     standings = ranked if verbose else _leading(ranked, comparison.published)
     rows = [_standing_cells(short, standing, digits=2) for standing in standings]
     headings, ranks = _standing_heads(comparison)

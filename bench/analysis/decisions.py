@@ -34,7 +34,7 @@ def answer_of(comparison: Comparison) -> Answer:
     It is about the tracker `against` if there is one. With fewer than `MIN_UNITS` units no tracker
     is called better.
     """
-    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    ranked = comparison.ranked
     main = next((entry for entry in ranked if entry.tracker == comparison.main), ranked[0])
     heading, *details = _sentences(comparison, ranked, main)
     if len(comparison.units) < MIN_UNITS:
@@ -108,7 +108,7 @@ def _against(
     other_values = [values[entry.tracker] for group in groups.values() for entry in group]
     if len(other_values) <= _MAX_NAMES:
         return f"{values[main.tracker]} against {_joined(other_values)}"
-    bound = f" against {other_values[0]} or {'less' if comparison.sign > 0 else 'more'}"
+    bound = f" against {other_values[0]} or {'less' if comparison.measure.sign > 0 else 'more'}"
     return values[main.tracker] + bound * (groups.keys() == {"better"})
 
 

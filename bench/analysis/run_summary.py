@@ -2,7 +2,7 @@
 
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
@@ -63,19 +63,60 @@ _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Answer and table on the one-pass runs of an experiment."""
+    """Answer on the one-pass runs of an experiment, and the content of its table."""
 
     sentences: Answer
     failures: list[str]  # lines on failed runs
-    table: Table  # a row per tracker, the best mean overlap first
     warnings: list[str]
+    runs: pd.DataFrame  # runs with a score, and those that are missing
+    measured: pd.DataFrame  # runs whose times the table shows
+    means: pd.DataFrame  # by tracker, with the reasons `lacking` of missing means
+    intervals: Mapping[str, tuple[float, float]]  # of the mean overlaps, by tracker
+    undefined: list[str]  # sequences on which the score of all trackers is undefined
 
     def lines(self, *, quiet: bool = False) -> list[str]:
         """Return the lines for a terminal; if `quiet`, without the table."""
         printed = [self.sentences.heading, *([] if quiet else self.sentences.details)]
         first_lines = [*self.failures, *([""] if self.failures else [])]
-        first_lines += [line for sentence in printed for line in wrap(sentence).splitlines()]
-        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
+        for sentence in printed:
+            first_lines += wrap(sentence).splitlines()
+        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table())]
+
+    def table(self) -> Table:
+        """Return a table with a row per tracker, the best mean overlap first.
+
+        A narrow terminal shows no bar, a narrower one no centre error.
+        """
+        rows, marks = [], time_marks(self.measured)
+        ranked = self.means.sort_values("mean_overlap", ascending=False, kind="stable")
+        for row in ranked.head(MAX_ROWS).itertuples():
+            name, mean = str(row.Index), row.mean_overlap
+            missing = f" ({row.lacking})" if row.lacking else ""
+            interval = self.intervals.get(name)
+            cells = [
+                name,
+                f"{_value_text(mean, '.2f')}{missing}",
+                f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
+                "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
+                _value_text(100 * row.success_rate, ".0f", " %"),
+                _value_text(row.centre_error, ".1f", " px"),
+                time_text(row.ms_per_frame, marks.get(name, "")),
+                fps_text(row.ms_per_frame),
+            ]
+            rows.append([*map(Cell, cells)])
+        headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+        headings += [TIME.heading, "fps"]
+        ranks = [0, 9, 3, 1, 4, 2, 5]
+        if not self.intervals:
+            del headings[3], ranks[2]
+            for cells_of_row in rows:
+                del cells_of_row[3]
+        n_hidden = len(self.means) - len(rows)
+        notes = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
+        run_notes = notes_of(self.runs, SUMMARY[0].name)
+        notes += [note for note in run_notes if " runs failed (" not in note]
+        notes += [*undefined_notes(self.undefined, SUMMARY[0]), *time_notes(self.measured)]
+        return Table("short", "", headings, 1, rows, notes, ranks=ranks)
 
 
 def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> RunSummary | None:
@@ -92,20 +133,19 @@ def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> Run
     defined, measured = with_times(defined, runs.timed)
     defined = with_not_run(defined)
     means, missing_reasons = tracker_means(defined, [*SUMMARY, TIME])
-    sentence, comparison = answer_on(scored, runs.timed, means["mean_overlap"], missing_reasons)
+    sentences, comparison = answer_on(scored, runs.timed, means["mean_overlap"], missing_reasons)
     if published is not None:
-        sentence = answer_of(rank_among_published(runs, published))
-    marks = pd.Series(time_marks(measured), dtype=object).reindex(means.index, fill_value="")
-    means = means.assign(lacking=missing_reasons, mark=marks)
+        sentences = answer_of(rank_among_published(runs, published))
     standings = () if comparison is None else comparison.standings
-    intervals = {entry.tracker: entry.interval for entry in standings if entry.interval}
-    notes = [note for note in notes_of(defined, SUMMARY[0].name) if " runs failed (" not in note]
-    notes += [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
     return RunSummary(
-        sentence,
+        sentences,
         failure_lines(scored, runs.folder),
-        _table(means, intervals, notes),
         [*not_repeatable(runs.table).values()],
+        defined,
+        measured,
+        means.assign(lacking=missing_reasons),
+        {entry.tracker: entry.interval for entry in standings if entry.interval},
+        undefined,
     )
 
 
@@ -131,42 +171,6 @@ def answer_on(
     if len(left_out) < len(overlaps):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     return Answer("There is no answer: all runs failed."), None
-
-
-def _table(
-    means: pd.DataFrame, intervals: Mapping[str, tuple[float, float]], notes: Sequence[str]
-) -> Table:
-    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error.
-
-    `means`: a row per tracker with the means, the mark of the time, and why the means are missing.
-    `intervals` are those of the mean overlaps by tracker.
-    """
-    rows = []
-    ranked = means.sort_values("mean_overlap", ascending=False, kind="stable")
-    for row in ranked.head(MAX_ROWS).itertuples():
-        name, mean = str(row.Index), row.mean_overlap
-        missing = f" ({row.lacking})" if row.lacking else ""
-        cells = [
-            name,
-            f"{_value_text(mean, '.2f')}{missing}",
-            f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
-            "[{:.2f}, {:.2f}]".format(*intervals[name]) if name in intervals else MISSING,
-            _value_text(100 * row.success_rate, ".0f", " %"),
-            _value_text(row.centre_error, ".1f", " px"),
-            time_text(row.ms_per_frame, row.mark),
-            fps_text(row.ms_per_frame),
-        ]
-        rows.append([*map(Cell, cells)])
-    headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
-    headings += [TIME.heading, "fps"]
-    ranks = [0, 9, 3, 1, 4, 2, 5]
-    if not intervals:
-        del headings[3], ranks[2]
-        for cells_of_row in rows:
-            del cells_of_row[3]
-    n_hidden = len(means) - len(rows)
-    more = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
-    return Table("short", "", headings, 1, rows, [*more, *notes], ranks=ranks)
 
 
 def summarise_times(runs: Runs) -> list[str]:

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from trackmark.bench.metrics.boxes import is_well_formed
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -118,8 +117,8 @@ METRICS = Metrics(
     score=score_run,
     combine=combine,
     curves={
-        "eao": AxisLabels("frames", "expected average overlap"),
-        "accuracy_robustness": AxisLabels("robustness", "accuracy"),
+        "eao": ("frames", "expected average overlap"),
+        "accuracy_robustness": ("robustness", "accuracy"),
     },
     run_kind="anchors",
     agrees_with="vot-toolkit 0.7.1 on data with runs of 755 frames or more",
