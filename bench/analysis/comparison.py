@@ -326,12 +326,15 @@ def compare_trackers(
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     scored, undefined = without_undefined(scored, measure.name)
     timed = timed[timed["tracker"].isin(labels) & ~timed["sequence"].isin(undefined)]
-    sequences = [str(name) for name in scored["sequence"].unique()]
+    sequences = scored["sequence"].astype(str).unique().tolist()
     check_runs(scored, labels, sequences, measure)
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
     by_pair = {pair: values.to_numpy(np.float64) for pair, values in grouped}
-    scores = {name: [by_pair[name, sequence] for sequence in sequences] for name in labels}
-    means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
+    scores: dict[str, list[NDArray[np.float64]]] = {}
+    means: dict[str, NDArray[np.float64]] = {}
+    for name in labels:
+        scores[name] = [by_pair[name, sequence] for sequence in sequences]
+        means[name] = np.array([*map(np.mean, scores[name])])
     declared = None if families is None else families.by_name(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {}, published)

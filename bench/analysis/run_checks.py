@@ -74,7 +74,7 @@ def selected_trackers(
     scored: pd.DataFrame, trackers: Sequence[str] | None, against: str | None
 ) -> list[str]:
     """Return the labels of the compared trackers; raise `ComparisonError` for an unknown one."""
-    stored_trackers = [str(name) for name in scored["tracker"].unique()]
+    stored_trackers = scored["tracker"].astype(str).unique().tolist()
     selected = list(stored_trackers if trackers is None else trackers)
     if against is not None and against not in selected:
         selected.insert(0, against)

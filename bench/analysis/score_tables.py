@@ -32,7 +32,8 @@ def with_not_run(runs: pd.DataFrame) -> pd.DataFrame:
     Means of trackers over different sequences are not comparable.
     """
     pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
-    every = pd.MultiIndex.from_product([pairs[name].unique() for name in pairs], names=[*pairs])
+    trackers, sequences = pairs["tracker"].unique(), pairs["sequence"].unique()
+    every = pd.MultiIndex.from_product([trackers, sequences], names=[*pairs])
     absent = every[~every.isin(pd.MultiIndex.from_frame(pairs))].to_frame(index=False)
     not_run = absent.assign(repetition=0, status=NOT_RUN)
     return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs

@@ -246,7 +246,7 @@ class RunProgress:
         self._stack.close()
         if error_type is None and self._began and self._bar is None:
             where = f", {self.folder}" if self.folder else ""
-            print_progress("done", f"{self._counts()}, {duration(self._seconds())}{where}")
+            print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
@@ -257,11 +257,9 @@ class RunProgress:
         """Start an execution; the first one prints the title."""
         self._work_before += self._work_now
         self._work_now = 0
-        if self._began or not self._runs:
+        if self._began or not self._runs or _Screen.quiet:
             return
         self._began = time.monotonic()
-        if _Screen.quiet:
-            return
         print_event("start", self._title)
         if _in_terminal():
             self._bar = self._stack.enter_context(_bar(self._work))

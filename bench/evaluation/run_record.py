@@ -187,7 +187,10 @@ def drawing_note(tracker: str, generators: str) -> str:
 
 
 def with_metadata(run: Run) -> Run:
-    """Return the run with date, machine and libraries, unless it has them already."""
+    """Return the run with date, machine and libraries, unless it has them already.
+
+    In its texts, escapes replace surrogates, which UTF-8 cannot encode.
+    """
     metadata = {
         "date": datetime.now(UTC).isoformat(timespec="microseconds"),
         "host": socket.gethostname(),
@@ -196,7 +199,9 @@ def with_metadata(run: Run) -> Run:
         "libraries": _libraries(),
         **run.metadata,
     }
-    return replace(run, metadata=metadata)
+    failure = run.failure.encode("utf-8", "backslashreplace").decode("utf-8")
+    output = run.tracker_output.encode("utf-8", "backslashreplace").decode("utf-8")
+    return replace(run, metadata=metadata, failure=failure, tracker_output=output)
 
 
 @cache

@@ -146,26 +146,23 @@ class Plan:
         """
         rows = list(rows)
         drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
-        trackers = {
-            text: replace(spec, randomness=Randomness.PROCESS)
-            if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew
-            else spec
-            for text, spec in self.trackers.items()
-        }
+        trackers = dict(self.trackers)
+        for text, spec in trackers.items():
+            if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew:
+                trackers[text] = replace(spec, randomness=Randomness.PROCESS)
+        stored_versions = {}
+        for row in rows:
+            status = RunStatus.FAILED if row["status"] == "failed" else RunStatus.FINISHED
+            is_timing_run = status == RunStatus.FINISHED and row["protocol"] == TIMING
+            if is_timing_run and (row["run_delay_share"] or 0.0) > MAX_RUN_DELAY:
+                status = RunStatus.DISTURBED
+            stored_versions[run_key(row)] = row["version"], status
         return replace(
             self,
             trackers=trackers,
             repetitions=_repetitions(self.experiment, trackers, len(self.sequences)),
-            stored_versions={run_key(row): (row["version"], _stored_status(row)) for row in rows},
+            stored_versions=stored_versions,
         )
-
-
-def _stored_status(row: Mapping[str, Any]) -> RunStatus:
-    """Return the status of a stored run, if it has the requested version."""
-    if row["status"] == "failed":
-        return RunStatus.FAILED
-    is_disturbed = row["protocol"] == TIMING and (row["run_delay_share"] or 0.0) > MAX_RUN_DELAY
-    return RunStatus.DISTURBED if is_disturbed else RunStatus.FINISHED
 
 
 def make_plan(

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
@@ -129,7 +129,7 @@ class RunStore:
         truth_of = {(truth.name, truth.fingerprint): truth for truth in truths}
         encoded = []
         for run, replaced_version in runs:  # encoded and scored before the file is locked
-            storable = _storable(run)
+            storable = with_metadata(run)
             truth = truth_of.get((run.identity.sequence, run.identity.fingerprint))
             encoded.append((_columns_of(storable), replaced_version, run_row(storable, truth)))
         with open_database(self.folder, for_writing=True) as database:
@@ -177,18 +177,10 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-def _storable(run: Run) -> Run:
-    """Return a run with date and machine, and without surrogates, which UTF-8 cannot encode."""
-    failure, output = (
-        printed.encode("utf-8", "backslashreplace").decode("utf-8")
-        for printed in (run.failure, run.tracker_output)
-    )
-    return replace(with_metadata(run), failure=failure, tracker_output=output)
-
-
 def _columns_of(run: Run) -> dict[str, Any]:
     """Return the columns of the table `run` in their order, but for the id and the digest."""
-    identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
+    identity = asdict(run.identity)
+    del identity["repetition"]
     return {
         **dict(zip(RUN_KEY_COLUMNS, run_key(run.identity), strict=True)),
         "version": run.identity.version,
