@@ -144,15 +144,19 @@ def _values(comparison: Comparison, ranked: Sequence[Standing]) -> dict[str, str
 
     If the two best means are equal then but not in tables, all means have the decimals of tables.
     """
-    measure, unit = comparison.measure, comparison.unit_suffix
-    means = {entry.tracker: entry.mean * measure.scale for entry in ranked}
-    short, long = (
-        {name: f"{mean:.{decimals}f}{unit}" for name, mean in means.items()}
-        for decimals in (max(0, measure.decimals - 1), measure.decimals)
-    )
-    best = [entry.tracker for entry in ranked[:2]]
-    is_close = len({short[name] for name in best}) < len({long[name] for name in best})
-    return long if is_close else short
+    decimals = comparison.measure.decimals
+    short = _texts(comparison, ranked, max(0, decimals - 1))
+    long = _texts(comparison, ranked, decimals)
+    if len(ranked) > 1:
+        first, second = ranked[0].tracker, ranked[1].tracker
+        if short[first] == short[second] and long[first] != long[second]:
+            return long
+    return short
+
+
+def _texts(comparison: Comparison, ranked: Sequence[Standing], decimals: int) -> dict[str, str]:
+    scale, unit = comparison.measure.scale, comparison.unit_suffix
+    return {entry.tracker: f"{entry.mean * scale:.{decimals}f}{unit}" for entry in ranked}
 
 
 def _names(names: Collection[str], if_many: str = "") -> str:

@@ -89,19 +89,19 @@ class RunSummary:
         """
         rows, marks = [], time_marks(self.measured)
         ranked = self.means.sort_values("mean_overlap", ascending=False, kind="stable")
-        for row in ranked.head(MAX_ROWS).itertuples():
-            name, mean = str(row.Index), row.mean_overlap
-            missing = f" ({row.lacking})" if row.lacking else ""
+        for label, row in ranked.head(MAX_ROWS).to_dict("index").items():
+            name, mean, time = str(label), row["mean_overlap"], row[TIME.name]
+            missing = f" ({row['lacking']})" if row["lacking"] else ""
             interval = self.intervals.get(name)
             cells = [
                 name,
                 f"{_value_text(mean, '.2f')}{missing}",
                 f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
                 "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
-                _value_text(100 * row.success_rate, ".0f", " %"),
-                _value_text(row.centre_error, ".1f", " px"),
-                time_text(row.ms_per_frame, marks.get(name, "")),
-                fps_text(row.ms_per_frame),
+                _value_text(100 * row["success_rate"], ".0f", " %"),
+                _value_text(row["centre_error"], ".1f", " px"),
+                time_text(time, marks.get(name, "")),
+                fps_text(time),
             ]
             rows.append([*map(Cell, cells)])
         headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]

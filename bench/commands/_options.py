@@ -121,7 +121,7 @@ def _metrics(context: click.Context, parameter: click.Parameter, names: str) -> 
     if not split_list(names):
         raise click.BadParameter("name at least one (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(names)))
+        return list(dict.fromkeys(map(metrics.canonical_name, split_list(names))))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 

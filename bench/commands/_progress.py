@@ -250,8 +250,9 @@ class RunProgress:
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
-        self._runs += sum(execution.tasks.n_runs for execution in executions)
-        self._work += sum(execution.tasks.work for execution in executions)
+        for execution in executions:
+            self._runs += execution.tasks.n_runs
+            self._work += execution.tasks.work
 
     def begin(self) -> None:
         """Start an execution; the first one prints the title."""

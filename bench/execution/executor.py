@@ -236,13 +236,11 @@ class Execution:
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
         """Log which deterministic trackers of the plan drew from global generators, once each."""
-        declared = {
-            spec.label
-            for spec in self.plan.trackers.values()
-            if spec.randomness is not Randomness.NONE
-        }
         for row in rows:
-            if row["generators"] and row["tracker"] not in declared | reported:
+            if not row["generators"] or row["tracker"] in reported:
+                continue
+            specs = {spec.label: spec for spec in self.plan.trackers.values()}
+            if specs[row["tracker"]].randomness is Randomness.NONE:
                 reported.add(row["tracker"])
                 note = drawing_note(row["tracker"], row["generators"])
                 logging.getLogger("trackmark").warning(note)
@@ -269,14 +267,15 @@ class Execution:
                 "Run the same command again."
             )
         origin = {"source": source.spec, "truth": str(source.truth or "")}
-        complete = [replace(run, metadata={**run.metadata, **origin}) for run in runs]
-        replaced = [run.replaces for run in task.runs]
+        complete = []
+        for run, planned in zip(runs, task.runs, strict=True):
+            complete.append((replace(run, metadata={**run.metadata, **origin}), planned.replaces))
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        added = self._run_store.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        added = self._run_store.add_all(complete, [self._truths[key]])
         rows = [row for row in added if row is not None]
-        kept_keys = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
-        if kept_keys:  # stored by another process
+        if len(rows) < len(added):  # stored by another process
+            kept_keys = {run_key(run.identity) for run in runs} - {run_key(row) for row in rows}
             all_rows = Runs.open(self.folder).stored_rows
             rows += [row for row in all_rows if run_key(row) in kept_keys]
         return rows

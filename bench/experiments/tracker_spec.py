@@ -65,8 +65,9 @@ class Identity:
     @cached_property
     def version(self) -> str:
         """Digest of all fields except the repetition; runs of equal version can be averaged."""
-        names = [entry.name for entry in fields(self) if entry.name != "repetition"]
-        return _digest({name: getattr(self, name) for name in names})
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        del values["repetition"]
+        return _digest(values)
 
     @cached_property
     def tracker_version(self) -> str:
@@ -74,8 +75,10 @@ class Identity:
 
         The files of imported results do not count: each sequence has its own.
         """
-        version = {key: value for key, value in self.tracker_code.items() if key != "files"}
-        return _digest(version if self.imported else self.tracker_code)
+        version = dict(self.tracker_code)
+        if self.imported:
+            version.pop("files", None)
+        return _digest(version)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
