@@ -8,7 +8,7 @@ from datetime import UTC, datetime
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,10 +16,12 @@ from numpy.typing import NDArray
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.boxes import centre_error, overlap
-from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
 from trackmark.datasets.source_digest import library_versions
+
+if TYPE_CHECKING:
+    from trackmark.bench.metrics.regions import Segmentation
 
 Trajectory: TypeAlias = Literal["online", "revised"]
 """Trajectory of a run: boxes as returned by each update, or with later corrections."""
@@ -82,7 +84,7 @@ class Run:
     failure: str = ""
     revised: NDArray[Any] | None = None
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
-    segmentation: Segmentation | None = None
+    segmentation: "Segmentation | None" = None
     times: Times | None = None
     states: NDArray[Any] | None = None
     estimate_frames: NDArray[Any] | None = None

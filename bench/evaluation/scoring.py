@@ -29,7 +29,6 @@ from trackmark.bench.metrics.interface import (
     annotates_init_only,
     mean_of_sequences,
 )
-from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
 
 DEFAULT_METRICS = "native"
@@ -275,6 +274,8 @@ def score(
     sequence = run.open_sequence() if sequence is None else sequence
     scores = dict(score_run(run, sequence, metrics, trajectory).scores)
     if run.segmentation is not None and trajectory == "online":
+        from trackmark.bench.metrics.regions import segmentation_scores  # loads OpenCV
+
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
     return scores
@@ -283,9 +284,11 @@ def score(
 def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     """Return the `native` scores of the online boxes and, if any, of the revised boxes.
 
-    Names of scores of revised boxes start with `REVISED`. Parameters and errors are those of
-    `score`.
+    Names of scores of revised boxes start with `REVISED`. The result is empty for a run that
+    `native` cannot score. Parameters and errors are those of `score`.
     """
+    if run.failure or run.states is not None or not can_score("native", run.identity.protocol):
+        return {}
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:
         return scores

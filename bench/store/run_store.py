@@ -13,7 +13,6 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import (
@@ -267,7 +266,12 @@ def identity_of(row: Row) -> Identity:
 def decoded_run(row: Row) -> Run:
     """Return the run in a row of the table `run`."""
     columns = unpack(row["arrays"])
-    segmentation, times = select_group(columns, "segmentation"), select_group(columns, "times")
+    masks, times = select_group(columns, "segmentation"), select_group(columns, "times")
+    segmentation = None
+    if masks:
+        from trackmark.bench.metrics.regions import Segmentation  # loads OpenCV
+
+        segmentation = Segmentation(**masks)
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
     for key, array in select_group(columns, "requested").items():
         frame, _, name = key.partition("/")
@@ -281,7 +285,7 @@ def decoded_run(row: Row) -> Run:
         failure=row["failure"],
         revised=columns["revised"].T if "revised" in columns else None,
         arrays=arrays,
-        segmentation=Segmentation(**segmentation) if segmentation else None,
+        segmentation=segmentation,
         times=Times(**times) if times else None,
         states=columns.get("states"),
         estimate_frames=columns.get("estimate_frame"),

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of
+from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of, score_both
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
@@ -35,7 +35,6 @@ from trackmark.bench.store.run_rows import (
     row_of,
     run_row,
     scorer_version,
-    scores_of,
 )
 from trackmark.bench.store.run_store import (
     RUN_KEY,
@@ -196,7 +195,7 @@ class Runs(Mapping[RunName, Run]):
             batch = unscored[begin : begin + _BATCH]
             for done, row in enumerate(batch, begin + 1):
                 try:
-                    row["scores"] = scores_of(self.run(run_key(row)), self._truth(_truth_key(row)))
+                    row["scores"] = score_both(self.run(run_key(row)), self._truth(_truth_key(row)))
                 except DamagedError as error:
                     warn_of_damage(str(error))
                 progress(done, len(unscored))
