@@ -247,12 +247,13 @@ class Execution:
 
     def raise_errors(self) -> None:
         """Raise one error if trackers could not be created, or if sequences could not be read."""
+        if not (self.errors or self.tracker_errors):
+            return
         unusable = UnusableSequencesError(self.errors, len(self.plan.sequences))
-        if self.tracker_errors:
-            lines = [*self.tracker_errors, *([str(unusable)] if self.errors else [])]
-            raise TrackerError("\n".join(lines))
-        if self.errors:
+        if not self.tracker_errors:
             raise unusable
+        lines = [*self.tracker_errors, *([str(unusable)] if self.errors else [])]
+        raise TrackerError("\n".join(lines))
 
     def _store(self, task: Task, runs: list[Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a task; return their rows."""
