@@ -6,7 +6,6 @@ sequence, not by repetition, because equal repetitions have no common effect on 
 
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property
 from itertools import combinations
 from math import inf, nan
 from pathlib import Path
@@ -26,7 +25,7 @@ from trackmark.bench.analysis.run_checks import (
 )
 from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
 from trackmark.bench.analysis.score_tables import failed_runs
-from trackmark.bench.analysis.times import TIME, clock_of, time_marks, time_notes, with_times
+from trackmark.bench.analysis.times import TIME, clock_of, with_times
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
@@ -119,16 +118,6 @@ class Comparison:
     def ranked(self) -> list[Standing]:
         """Standings by their means, the best first."""
         return sorted(self.standings, key=lambda entry: -self.measure.sign * entry.mean)
-
-    @cached_property
-    def time_marks(self) -> dict[str, str]:
-        """Mark of the time per frame by tracker; see `analysis.times`."""
-        return time_marks(self.measured)
-
-    @cached_property
-    def time_notes(self) -> list[str]:
-        """Notes on the times; see `analysis.times`."""
-        return time_notes(self.measured)
 
     @property
     def unit_suffix(self) -> str:

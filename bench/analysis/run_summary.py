@@ -25,6 +25,7 @@ from trackmark.bench.analysis.run_tables import (
 from trackmark.bench.analysis.score_tables import (
     failed_runs,
     mean_table,
+    missing_reasons,
     notes_of,
     tracker_means,
     with_not_run,
@@ -132,8 +133,10 @@ def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> Run
     defined, undefined = without_undefined(scored, SUMMARY[0].name)
     defined, measured = with_times(defined, runs.timed)
     defined = with_not_run(defined)
-    means, missing_reasons = tracker_means(defined, [*SUMMARY, TIME])
-    sentences, comparison = answer_on(scored, runs.timed, means["mean_overlap"], missing_reasons)
+    means, _ = tracker_means(defined, [*SUMMARY, TIME])
+    reasons = missing_reasons(defined, means.index, SUMMARY[0].name)
+    means = means.where(reasons == "").assign(lacking=reasons)
+    sentences, comparison = answer_on(scored, runs.timed, means["mean_overlap"], reasons)
     if published is not None:
         sentences = answer_of(rank_among_published(runs, published))
     standings = () if comparison is None else comparison.standings
@@ -143,7 +146,7 @@ def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> Run
         [*not_repeatable(runs.table).values()],
         defined,
         measured,
-        means.assign(lacking=missing_reasons),
+        means,
         {entry.tracker: entry.interval for entry in standings if entry.interval},
         undefined,
     )
@@ -153,20 +156,20 @@ def answer_on(
     scored: pd.DataFrame,
     timed: pd.DataFrame,
     overlaps: "pd.Series[float]",
-    missing_reasons: "pd.Series[str]",
+    reasons: "pd.Series[str]",
     **details: Any,
 ) -> tuple[Answer, Comparison | None]:
     """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
 
-    `scored` are the one-pass runs, `overlaps` and `missing_reasons` their means by tracker, and
-    `details` further arguments of `compare_trackers`.
+    `scored` are the one-pass runs, `overlaps` their means by tracker, `reasons` why means
+    are missing, and `details` further arguments of `compare_trackers`.
     """
     left_out = failed_runs(scored).left_out
     if overlaps.notna().any():
         labels = [*overlaps.index[overlaps.notna()], *left_out]
         comparison = compare_trackers(scored, timed, SUMMARY[0], labels, **details)
         return answer_of(comparison), comparison
-    if (missing_reasons == "").any():
+    if (reasons == "").any():
         return Answer("There is no answer: no sequence has a target after its first frame."), None
     if len(left_out) < len(overlaps):
         return Answer("There is no answer: no tracker has runs on all sequences."), None

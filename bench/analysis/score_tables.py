@@ -7,6 +7,7 @@ runs. A failed run has the worst score.
 
 import re
 from collections.abc import Sequence
+from functools import partial
 from itertools import cycle
 from typing import Any, NamedTuple
 
@@ -57,8 +58,7 @@ def mean_table(
     runs = with_not_run(runs)
     sequences = runs["sequence"].astype(str).unique().tolist()
     units = units_of(sequences)
-    by_unit = _unit_means(runs, measures, units, skip_undefined=skip_undefined)
-    mean = _statistic("mean", measures, ["tracker"], by_unit, skip_undefined=skip_undefined)
+    mean, by_unit = tracker_means(runs, measures, skip_undefined=skip_undefined)
     # The spread over repetitions is defined if all sequences have equally many.
     labels = ["tracker", "repetition"]
     by_pass = _statistic("mean", measures, labels, runs, skip_undefined=skip_undefined)
@@ -75,34 +75,20 @@ def mean_table(
 
 
 def tracker_means(
-    runs: pd.DataFrame, measures: Sequence[ScoreMeasure]
-) -> tuple[pd.DataFrame, "pd.Series[str]"]:
-    """Return the means of a `mean_table`, and why those of a tracker are missing; empty if not.
+    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], *, skip_undefined: bool = False
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the means by tracker, and by tracker and unit, with a column per measure.
 
-    The means have a row per tracker and a column per measure. `runs`: with those of `with_not_run`.
+    Parameters are as for `mean_table`. Repetitions are averaged first, then sequences, then units.
     """
-    units = units_of(runs["sequence"].astype(str).unique().tolist())
-    means = _statistic("mean", measures, ["tracker"], _unit_means(runs, measures, units))
-    reasons = _missing_reasons(runs, means.index, measures[0].name)
-    return means.where(reasons == ""), reasons
-
-
-def _unit_means(
-    runs: pd.DataFrame,
-    measures: Sequence[ScoreMeasure],
-    units: StatisticalUnits,
-    *,
-    skip_undefined: bool = False,
-) -> pd.DataFrame:
-    """Return the means by tracker and unit: over repetitions first, then over sequences."""
+    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
     sequences = runs["sequence"].astype(str)
-    unit_of = pd.Series("", sequences.unique())
+    units, unit_of = units_of(sequences.unique().tolist()), pd.Series("", sequences.unique())
     for label, members in zip(units.labels, units.members, strict=True):
         unit_of.iloc[members] = label
     runs = runs.assign(unit=sequences.map(unit_of))
-    levels = ["tracker", "unit", "sequence"]
-    by_sequence = _statistic("mean", measures, levels, runs, skip_undefined=skip_undefined)
-    return _statistic("mean", measures, levels[:2], by_sequence, skip_undefined=skip_undefined)
+    by_unit = mean_by(["tracker", "unit"], mean_by(["tracker", "unit", "sequence"], runs))
+    return mean_by(["tracker"], by_unit), by_unit
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -213,7 +199,7 @@ def _values(
     A mean is missing if a run does not count; `lacking` is then the reason.
     """
     names = [measure.name for measure in measures]
-    reasons = _missing_reasons(runs, mean.index, names[0])
+    reasons = missing_reasons(runs, mean.index, names[0])
     sizes = runs.groupby(list(mean.index.names), sort=False).size().reindex(mean.index)
 
     def column(values: pd.DataFrame, names: list[str]) -> NDArray[np.float64]:
@@ -234,7 +220,7 @@ def _values(
     return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
 
 
-def _missing_reasons(runs: pd.DataFrame, index: pd.Index, score: str) -> "pd.Series[str]":
+def missing_reasons(runs: pd.DataFrame, index: pd.Index, score: str) -> "pd.Series[str]":
     """Return why the means with these labels are missing, such as `2 of 5 stale`; empty if not.
 
     A mean is missing if a run does not count. Failed runs count if they have a score `score`.

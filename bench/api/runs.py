@@ -1,7 +1,7 @@
 """Runs of `import trackmark`: loading, means, comparison, and their forms for a notebook."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from html import escape
 from pathlib import Path
@@ -255,5 +255,4 @@ def compare(
         runs, metrics, measure, against=against, protocol=runs.protocol, families=declared
     )
     hints = tuple(corner_boxes(runs, runs.protocol))
-    values = {entry.name: getattr(comparison, entry.name) for entry in fields(comparison)}
-    return PrintedComparison(**values, hints=hints)
+    return PrintedComparison(**vars(comparison), hints=hints)
