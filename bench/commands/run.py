@@ -335,7 +335,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     from trackmark.trackers.base.interface import Randomness
 
     plan, tasks = execution.plan, execution.tasks
-    estimate = estimate_time(tasks, execution.output)
+    estimate = estimate_time(tasks, execution.results_root)
     kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
     if execution.experiment.is_timing:
         kinds.insert(2, RunStatus.DISTURBED)

@@ -109,8 +109,8 @@ class Execution:
     execution.
     """
 
-    experiment: Experiment  # this field and the next five are parameters of `run_experiment`
-    output: Path
+    experiment: Experiment  # this field and the next six are parameters of `run_experiment`
+    results_root: Path  # `output` there
     jobs: int | None = None
     retry_failed: bool = False
     backend: str = "local"
@@ -131,7 +131,7 @@ class Execution:
             raise ExperimentError(
                 "--address is only valid with --backend dask. Omit it, or add --backend dask."
             )
-        self.folder = self.output / self.experiment.name
+        self.folder = self.results_root / self.experiment.name
         self._run_store = RunStore(self.folder)
         self.plan: Plan = make_plan(
             self.experiment,
