@@ -27,7 +27,7 @@ SUITES = {
     "nguyen2002": "trackmark.datasets.synthetic.nguyen2002:SUITE",
     "nummiaro2003": "trackmark.datasets.synthetic.nummiaro2003:SUITE",
     "plain": "trackmark.datasets.synthetic.plain:SUITE",
-    "samples": "trackmark.datasets.samples",
+    "samples": "trackmark.datasets.samples:SUITE",
     "stress": "trackmark.datasets.synthetic.multipart:SUITE",
     "wang2010": "trackmark.datasets.synthetic.wang2010:SUITE",
 }

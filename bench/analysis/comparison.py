@@ -117,7 +117,7 @@ class Comparison:
     @property
     def ranked(self) -> list[Standing]:
         """Standings by their means, the best first."""
-        return sorted(self.standings, key=lambda entry: -self.measure.sign * entry.mean)
+        return sorted(self.standings, key=lambda standing: -self.measure.sign * standing.mean)
 
     @property
     def unit_suffix(self) -> str:

@@ -145,8 +145,8 @@ def _values(comparison: Comparison, ranked: Sequence[Standing]) -> dict[str, str
     If the two best means are equal then but not in tables, all means have the decimals of tables.
     """
     decimals = comparison.measure.decimals
-    short = _texts(comparison, ranked, max(0, decimals - 1))
-    long = _texts(comparison, ranked, decimals)
+    short = _printed_means(comparison, ranked, max(0, decimals - 1))
+    long = _printed_means(comparison, ranked, decimals)
     if len(ranked) > 1:
         first, second = ranked[0].tracker, ranked[1].tracker
         if short[first] == short[second] and long[first] != long[second]:
@@ -154,7 +154,9 @@ def _values(comparison: Comparison, ranked: Sequence[Standing]) -> dict[str, str
     return short
 
 
-def _texts(comparison: Comparison, ranked: Sequence[Standing], decimals: int) -> dict[str, str]:
+def _printed_means(
+    comparison: Comparison, ranked: Sequence[Standing], decimals: int
+) -> dict[str, str]:
     scale, unit = comparison.measure.scale, comparison.unit_suffix
     return {entry.tracker: f"{entry.mean * scale:.{decimals}f}{unit}" for entry in ranked}
 

@@ -62,6 +62,10 @@ _BAR = 10
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
 
+_SHOWN = ["mean_overlap", "success_rate", "centre_error", TIME.name]
+"""Measures of the short table; a score is missing if no run has it."""
+
+
 @dataclass(frozen=True)
 class RunSummary:
     """Answer on the one-pass runs of an experiment, and the content of its table."""
@@ -135,7 +139,7 @@ def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> Run
     defined = with_not_run(defined)
     means, _ = tracker_means(defined, [*SUMMARY, TIME])
     reasons = missing_reasons(defined, means.index, SUMMARY[0].name)
-    means = means.where(reasons == "").assign(lacking=reasons)
+    means = means.where(reasons == "").reindex(columns=_SHOWN).assign(lacking=reasons)
     sentences, comparison = answer_on(scored, runs.timed, means["mean_overlap"], reasons)
     if published is not None:
         sentences = answer_of(rank_among_published(runs, published))

@@ -147,9 +147,9 @@ class Plan:
         rows = list(rows)
         drew = {(row["tracker"], row["tracker_version"]) for row in rows if row["generators"]}
         trackers = dict(self.trackers)
-        for text, spec in trackers.items():
+        for listed, spec in trackers.items():
             if spec.randomness is Randomness.NONE and (spec.label, spec.digest) in drew:
-                trackers[text] = replace(spec, randomness=Randomness.PROCESS)
+                trackers[listed] = replace(spec, randomness=Randomness.PROCESS)
         stored_versions = {}
         for row in rows:
             status = RunStatus.FAILED if row["status"] == "failed" else RunStatus.FINISHED

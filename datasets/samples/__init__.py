@@ -30,54 +30,54 @@ N_FRAMES, SIZE = 120, (176, 144)
 PREFIX = "samples/"
 
 
-def names() -> list[str]:
-    """See `datasets.catalogue.Suite`."""
-    return sorted(f"{PREFIX}{file.stem}" for file in FOLDER.glob("*.csv"))
+class _Samples:
+    """Suite of the samples; see `datasets.catalogue.Suite`."""
 
+    def names(self) -> list[str]:
+        """See `datasets.catalogue.Suite`."""
+        return sorted(f"{PREFIX}{file.stem}" for file in FOLDER.glob("*.csv"))
 
-def options(name: str) -> list[dict[str, Any]]:
-    """See `datasets.catalogue.Suite`; samples have no options."""
-    return []
+    def options(self, name: str) -> list[dict[str, Any]]:
+        """See `datasets.catalogue.Suite`; samples have no options."""
+        return []
 
+    def sequence_size(self, name: str) -> SequenceSize:
+        """See `datasets.catalogue.Suite`."""
+        return SequenceSize(N_FRAMES, SIZE)
 
-def sequence_size(name: str) -> SequenceSize:
-    """See `datasets.catalogue.Suite`."""
-    return SequenceSize(N_FRAMES, SIZE)
+    def describe(self, name: str) -> SequenceMetadata:
+        """See `datasets.catalogue.Suite`."""
+        return sequence_metadata(self.load(name, {}), SIZE)
 
+    def name_and_fingerprint(self, name: str, options: Mapping[str, str]) -> tuple[str, str]:
+        """See `datasets.catalogue.Suite`."""
+        sequence = self.load(name, options)
+        return sequence.name, sequence.fingerprint
 
-def describe(name: str) -> SequenceMetadata:
-    """See `datasets.catalogue.Suite`."""
-    return sequence_metadata(load(name, {}), SIZE)
+    def load(self, name: str, options: Mapping[str, str]) -> Sequence:
+        """See `datasets.catalogue.Suite`; samples have no options."""
+        if options:
+            raise SequenceError(
+                f"{name}: unknown option {quote(next(iter(options)))}. Options: none."
+            )
+        # imported here, because it loads a video decoder
+        from trackmark.datasets.recorded import recorded
+        from trackmark.datasets.video_frames import VideoFrames
 
-
-def name_and_fingerprint(name: str, options: Mapping[str, str]) -> tuple[str, str]:
-    """See `datasets.catalogue.Suite`."""
-    sequence = load(name, options)
-    return sequence.name, sequence.fingerprint
-
-
-def load(name: str, options: Mapping[str, str]) -> Sequence:
-    """See `datasets.catalogue.Suite`; samples have no options."""
-    if options:
-        raise SequenceError(f"{name}: unknown option {quote(next(iter(options)))}. Options: none.")
-    # imported here, because it loads a video decoder
-    from trackmark.datasets.recorded import recorded
-    from trackmark.datasets.video_frames import VideoFrames
-
-    if not CLIP.is_file():
-        raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
-    truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
-    frames = VideoFrames(CLIP)
-    return recorded(
-        name,
-        frames,
-        [CLIP],
-        truth_file.read(truth),
-        truth,
-        fps=frames.fps,
-        image_size=SIZE,
-        digests=_digests,
-    )
+        if not CLIP.is_file():
+            raise SequenceError(f"{CLIP} does not exist. {REINSTALL}")
+        truth = FOLDER / f"{name.removeprefix(PREFIX)}.csv"
+        frames = VideoFrames(CLIP)
+        return recorded(
+            name,
+            frames,
+            [CLIP],
+            truth_file.read(truth),
+            truth,
+            fps=frames.fps,
+            image_size=SIZE,
+            digests=_digests,
+        )
 
 
 def _digests(files: abc.Sequence[Path]) -> list[str]:
@@ -86,3 +86,6 @@ def _digests(files: abc.Sequence[Path]) -> list[str]:
     if digests != [CLIP_SHA256]:
         raise SequenceError(f"{files[0]}: this is not the clip that was annotated. {REINSTALL}")
     return digests
+
+
+SUITE = _Samples()
