@@ -91,8 +91,10 @@ def recorded(
     truth_missing, fps, frame_names, attributes, masks, shapes, frame_values, image_size
         See `Sequence`.
     """
-    if truth is not None and _has_one_row(truth):
-        truth = _with_all_frames(truth, len(frames))
+    if truth is not None:
+        stated = np.flatnonzero(truth.annotated_frames)
+        if len(stated) == 1 and stated[0] == len(truth.boxes) - 1:
+            truth = _with_all_frames(truth, len(frames))
     n = len(frames if truth is None else truth.boxes)
     # Image files after the last ground-truth row are never read.
     read = files[:n]
@@ -130,11 +132,6 @@ def _split_malformed(boxes: Array) -> tuple[Array, NDArray[np.bool_]]:
     finite, sizeless = np.isfinite(boxes).all(axis=1), (boxes[:, 2:] <= 0.0).any(axis=1)
     malformed = finite & sizeless & (np.arange(len(boxes)) > 0)
     return np.where(malformed[:, None], np.nan, boxes), malformed
-
-
-def _has_one_row(truth: GroundTruth) -> bool:
-    """Return whether the ground truth states one frame only, the last one that it contains."""
-    return bool(truth.annotated_frames.sum() == 1 and truth.annotated_frames[-1])
 
 
 def _with_all_frames(truth: GroundTruth, n: int) -> GroundTruth:

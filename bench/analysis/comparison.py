@@ -329,7 +329,9 @@ def compare_trackers(
     pairs = _pairs(means, units, measure, against, same_boxes or {}, published)
     times, measured = with_times(scored, timed)
     # A published tracker is rarely called better, because intervals are corrected for many pairs.
-    unbeaten = () if published else _unbeaten(means, pairs, units)
+    beaten = {loser_of(pair.first, pair.second, pair.decision) for pair in pairs}
+    has_marks = pairs and len(units) >= MIN_UNITS and not published
+    unbeaten = means.keys() - beaten if has_marks else ()
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     unpublished = [standing for standing in standings if standing.tracker not in published]
     best = max(unpublished or standings, key=lambda standing: measure.sign * standing.mean)
@@ -352,14 +354,6 @@ def compare_trackers(
     )
 
 
-def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> Collection[str]:
-    """Return the trackers that no answer calls worse; none without answers."""
-    if not pairs or len(units) < MIN_UNITS:
-        return ()
-    beaten = {loser_of(pair.first, pair.second, pair.decision) for pair in pairs}
-    return [name for name in means if name not in beaten]
-
-
 def _standings(
     runs: pd.DataFrame,
     clocks: Mapping[str, str],
@@ -373,8 +367,10 @@ def _standings(
     standings = []
     for name, values in zip(means, units.means(list(means.values())), strict=True):
         interval = interval_or_none(values, 1, measure.minimum, measure.maximum)
-        own_runs = runs[runs["tracker"] == name]
-        mean, mark, survival = float(values.mean()), name in unbeaten, _survival(own_runs)
+        # Only one-pass runs have a first loss.
+        ended = runs[runs["tracker"] == name].reindex(columns=["first_loss", "frames"]).dropna()
+        survival = float((ended["first_loss"] >= ended["frames"]).mean())
+        mean, mark = float(values.mean()), name in unbeaten
         time = times.get(name, nan)
         fps, clock = 1e3 / time if time > 0 else nan, clocks.get(name, "")
         standings.append(Standing(name, mean, interval, mark, survival, time, fps, clock))
@@ -413,9 +409,3 @@ def _pairs(
         wins = int((sign * by_unit > 0).sum())
         pairs.append(Pair(first, second, differences, by_unit, decision, interval, wins, same))
     return pairs
-
-
-def _survival(runs: pd.DataFrame) -> float:
-    """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
-    ended = runs.reindex(columns=["first_loss", "frames"]).dropna()
-    return float((ended["first_loss"] >= ended["frames"]).mean())
