@@ -20,8 +20,8 @@ from trackmark.bench.commands._terminal import (
     print_error,
     safe_streams,
 )
-from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import log_compilation, prepare_numba
+from trackmark.bench.operating_system import MachineError, machine_fault
 
 _COMPLETION = "_TRACKMARK_COMPLETE"
 """Environment variable by which a shell requests completions."""
@@ -193,7 +193,7 @@ def _check_completion() -> None:
 
 def _message_of(error: Exception) -> str | None:
     """Return the message for an error of the input or the machine; None for a defect."""
-    from trackmark.bench.store.keys import ResultsError
+    from trackmark.bench.store.database import ResultsError
 
     if not isinstance(error, ResultsError) and (fault := machine_fault(error)):
         return str(fault)

@@ -1,21 +1,30 @@
-"""Features of operating systems, each with a fallback for systems without it.
+"""Features and errors of operating systems: memory, locks, processes, temporary files.
 
 Everything that trackmark needs to work is in the standard library for all systems. The functions
-here improve on that: they limit memory, end processes with all their descendants, and lock files.
+here improve on that, each with a fallback: they limit memory, end processes with all their
+descendants, and lock files.
+
+Temporary files and folders with names are removed by a later start if their process is killed. The
+owner of each path holds a lock, which the system releases when the owner ends, however it ends. A
+path without a lock is therefore abandoned, also if its owner ran in another container.
 """
 
 import ctypes
+import errno
 import os
 import platform
+import shutil
 import signal
 import subprocess
 import sys
+import tempfile
 import uuid
-from collections.abc import Iterable, Mapping, Sequence
-from contextlib import suppress
+import weakref
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager, suppress
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 try:
     import fcntl
@@ -198,3 +207,161 @@ def _descendants(parent: int, mark: str) -> list[int]:
     while newer := {child for child, creator in parents.items() if creator in newer} - descendants:
         descendants |= newer
     return sorted(descendants - {parent})
+
+
+MIN_OPEN_FILES = 128
+"""Number of open files that a process needs in any case; a process can be limited to fewer."""
+
+_ADVICE = {
+    errno.ENOSPC: "Free some space",
+    errno.EDQUOT: "Free some space",
+    errno.EROFS: "Make the file system writable, or choose another folder",
+    errno.ENFILE: "End other processes",
+    errno.EMFILE: f"Raise the limit of open files, for example by `ulimit -n {8 * MIN_OPEN_FILES}`",
+}
+
+
+class MachineError(Exception):
+    """Error of the machine: a full or write-protected disk, or too few open files.
+
+    It is no `OSError` or `ValueError`: it must not be caught as an error of a file or a tracker.
+    """
+
+
+def machine_fault(error: BaseException) -> MachineError | None:
+    """Return the error of the machine that an exception, or one of its causes, reports.
+
+    Too many open files are such an error only if the limit of this process is very low. Otherwise,
+    a tracker has opened them.
+    """
+    seen = set[int]()
+    cause: BaseException | None = error
+    while cause is not None and id(cause) not in seen:
+        seen.add(id(cause))
+        if isinstance(cause, MachineError):
+            return cause
+        if isinstance(cause, OSError) and cause.errno in _ADVICE:
+            code = cause.errno
+            if code != errno.EMFILE or max_open_files() < MIN_OPEN_FILES:
+                location = "" if cause.filename is None else f"{cause.filename}: "
+                reason = os.strerror(code)
+                return MachineError(f"{location}{reason}. {_ADVICE[code]}, and start again.")
+        cause = cause.__cause__ or cause.__context__
+    return None
+
+
+def no_room(reason: str) -> MachineError:
+    """Return the error for temporary files that cannot be written."""
+    return MachineError(
+        f"there is no space for temporary files ({reason}). Free some space, or set the "
+        "environment variable TMPDIR to another folder."
+    )
+
+
+def temporary_file() -> IO[bytes]:
+    """Return an unnamed temporary file, which the system deletes after its last use.
+
+    Raises `MachineError` if it cannot be created.
+    """
+    try:
+        file = tempfile.TemporaryFile(buffering=0)  # noqa: SIM115  # the caller closes it
+    except OSError as error:
+        if error.errno in (errno.EMFILE, errno.ENFILE):
+            raise MachineError(f"{error.strerror}. {_ADVICE[error.errno]}.") from error
+        raise no_room(error.strerror or str(error)) from error
+    return file
+
+
+TEMPORARY_PREFIX = "trackmark-temporary-"
+"""Start of the names of temporary paths."""
+
+FRAME_FOLDER = "/dev/shm" if os.access("/dev/shm", os.W_OK) else tempfile.gettempdir()  # noqa: S108  # names in it are random
+"""Folder of the files with the frames of trackers in other processes: in memory if possible."""
+
+FRAME_PREFIX = "trackmark-frames-"
+"""Start of the names of these files."""
+
+
+class TemporaryPath:
+    """Temporary folder, or file if `is_file`, that this process owns until `close`.
+
+    `folder`: its parent, by default the system's folder for temporary files. `prefix` and `suffix`:
+    start and end of its name. Abandoned paths with this prefix are removed from the parent.
+    """
+
+    def __init__(
+        self,
+        folder: str | Path | None = None,
+        prefix: str = TEMPORARY_PREFIX,
+        suffix: str = "",
+        *,
+        is_file: bool = False,
+    ) -> None:
+        folder = Path(folder or tempfile.gettempdir())
+        remove_abandoned(folder, prefix)
+        is_locked, lock = False, None
+        while not is_locked:  # another process can remove the path before it is locked
+            if is_file:
+                descriptor, name = tempfile.mkstemp(suffix, prefix, folder)
+                os.close(descriptor)
+            else:
+                name = tempfile.mkdtemp(suffix, prefix, folder)
+            lock = _lock(Path(name), wait=True)
+            is_locked = lock is not None or not HAS_LOCKS
+        self.path = Path(name)
+        self.close = weakref.finalize(self, _remove, self.path, lock)
+
+
+@contextmanager
+def temporary_folder(
+    folder: str | Path | None = None, prefix: str = TEMPORARY_PREFIX
+) -> Iterator[Path]:
+    """Yield a temporary folder; see `TemporaryPath`."""
+    owned = TemporaryPath(folder, prefix)
+    try:
+        yield owned.path
+    finally:
+        owned.close()
+
+
+def remove_abandoned(folder: Path, prefix: str = TEMPORARY_PREFIX) -> None:
+    """Remove the temporary paths of a folder whose owners have ended without removing them."""
+    with suppress(OSError), os.scandir(folder) as entries:
+        paths = [Path(entry.path) for entry in entries if entry.name.startswith(prefix)]
+        for path in paths:
+            if (lock := _lock(path)) is not None:
+                _remove(path, lock)
+
+
+def _lock(path: Path, *, wait: bool = False) -> int | None:
+    """Return a descriptor that locks a path; None if another process has locked or removed it.
+
+    On systems without locks, the result is None, so that no path counts as abandoned.
+    """
+    if not HAS_LOCKS:
+        return None
+    try:
+        descriptor = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
+    except OSError:  # removed, or of another user
+        return None
+    try:
+        lock_file(descriptor, wait=wait)
+        if os.path.samestat(os.fstat(descriptor), path.lstat()):
+            return descriptor
+    except FileNotFoundError:
+        pass
+    except OSError:  # locked; or the file system has no locks, so that no path is removed
+        if wait:
+            return descriptor
+    os.close(descriptor)
+    return None
+
+
+def _remove(path: Path, lock: int | None) -> None:
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        with suppress(OSError):  # deleted by another program, or of another user
+            path.unlink()
+    if lock is not None:
+        os.close(lock)

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from functools import partial
 from pathlib import Path
 
-from trackmark.bench.temporary_paths import temporary_folder
+from trackmark.bench.operating_system import temporary_folder
 
 _MAX_NAME_LENGTH = 200  # bytes, up to four per character; file systems allow 255
 

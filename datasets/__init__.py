@@ -13,8 +13,13 @@ from trackmark.datasets.catalogue import (
     path_format,
     sequence_size,
 )
-from trackmark.datasets.interface import Origin, Sequence, SequenceError, SequenceSize
-from trackmark.datasets.metadata import SequenceMetadata
+from trackmark.datasets.interface import (
+    Origin,
+    Sequence,
+    SequenceError,
+    SequenceMetadata,
+    SequenceSize,
+)
 
 __all__ = [
     "Origin",

@@ -57,7 +57,10 @@ def file_digests(files: abc.Sequence[Path]) -> list[str]:
     # There is one cache file per set of folders, so that each cache file is small.
     folders = "\0".join(sorted({str(path.parent) for path in paths}))
     cache = cache_folder() / "digests" / f"{hashlib.sha256(folders.encode()).hexdigest()[:16]}.json"
-    cached = _read_cache(cache)
+    try:
+        cached = _ENTRIES.validate_json(cache.read_bytes())
+    except (OSError, ValidationError):
+        cached = {}
     added: _Entries = {}
     digests = []
     for path in paths:
@@ -77,13 +80,6 @@ def file_digests(files: abc.Sequence[Path]) -> list[str]:
     if added:
         write_cache(cache, _ENTRIES.dump_json(cached | added))
     return digests
-
-
-def _read_cache(cache: Path) -> _Entries:
-    try:
-        return _ENTRIES.validate_json(cache.read_bytes())
-    except (OSError, ValidationError):
-        return {}
 
 
 def write_cache(cache: Path, content: bytes) -> None:

@@ -5,7 +5,7 @@ from collections import abc
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,8 +14,10 @@ from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
 from trackmark.datasets.image_files import ImageFiles
 from trackmark.datasets.interface import Array, Frames, Mask, Origin, Sequence, SequenceError
-from trackmark.datasets.shapes import Shapes
 from trackmark.datasets.truth_file import GroundTruth
+
+if TYPE_CHECKING:
+    from trackmark.datasets.shapes import Shapes
 
 _MAX_LISTED = 20  # maximum number of values of an option in a description or message
 
@@ -73,7 +75,7 @@ def recorded(
     fps: float | None = None,
     attributes: Mapping[str, NDArray[np.bool_]] | None = None,
     masks: Callable[[int], Mask | None] | None = None,
-    shapes: Shapes | None = None,
+    shapes: "Shapes | None" = None,
     frame_values: Mapping[str, Array] | None = None,
     image_size: tuple[int, int] | None = None,
     description: str = "",
@@ -111,8 +113,10 @@ def recorded(
 
         frames, files, frame_names = VideoFrames(images), [images], None
         fps = frames.fps
-    if truth is not None and _has_one_row(truth):
-        truth = _with_all_frames(truth, len(frames))
+    if truth is not None:
+        stated = np.flatnonzero(truth.annotated_frames)
+        if len(stated) == 1 and stated[0] == len(truth.boxes) - 1:
+            truth = _with_all_frames(truth, len(frames))
     n = len(frames if truth is None else truth.boxes)
     # Image files after the last ground-truth row are never read.
     read = files[:n]
@@ -150,11 +154,6 @@ def _split_malformed(boxes: Array) -> tuple[Array, NDArray[np.bool_]]:
     finite, sizeless = np.isfinite(boxes).all(axis=1), (boxes[:, 2:] <= 0.0).any(axis=1)
     malformed = finite & sizeless & (np.arange(len(boxes)) > 0)
     return np.where(malformed[:, None], np.nan, boxes), malformed
-
-
-def _has_one_row(truth: GroundTruth) -> bool:
-    """Return whether the ground truth states one frame only, the last one that it contains."""
-    return bool(truth.annotated_frames.sum() == 1 and truth.annotated_frames[-1])
 
 
 def _with_all_frames(truth: GroundTruth, n: int) -> GroundTruth:

@@ -34,14 +34,6 @@ class _Import:
         return ".".join([*base, *([self.module] if self.module else []), self.name])
 
 
-@dataclass(frozen=True)
-class _Parsed:
-    """Source file: digest of its syntax tree without imports and docstrings, and its imports."""
-
-    digest: str
-    imports: tuple[_Import, ...]
-
-
 def source_digest(file: Path, package: Path) -> tuple[str, dict[str, str]]:
     """Return the digest of a source file with all modules that it imports, and library versions.
 
@@ -125,9 +117,9 @@ def _follow_imports(
         path = pending.pop()
         if path in contents:
             continue
-        parsed = _parse(path.read_bytes(), str(path))
+        own_digest, imports = _parse(path.read_bytes(), str(path))
         lines = []
-        for imported in parsed.imports:
+        for imported in imports:
             full = imported.dotted(_dotted_package(path))
             dotted = full.removeprefix("trackmark.")
             top = dotted.partition(".")[0]
@@ -143,9 +135,9 @@ def _follow_imports(
                 continue
             name, source = module
             pending.append(source)
-            digest = _parse(source.read_bytes(), str(source)).digest
+            digest, _ = _parse(source.read_bytes(), str(source))
             lines.append(f"{imported.bound} {digest} {dotted.removeprefix(name)}")
-        contents[path] = "\n".join([parsed.digest, *sorted(lines)])
+        contents[path] = "\n".join([own_digest, *sorted(lines)])
     joined = "\n\n".join(sorted(contents.values()))
     return hashlib.sha256(joined.encode()).hexdigest()[:16], libraries
 
@@ -191,12 +183,13 @@ def _dotted_package(file: Path) -> str:
 
 
 @cache
-def _parse(source: bytes, filename: str) -> _Parsed:
+def _parse(source: bytes, filename: str) -> tuple[str, tuple[_Import, ...]]:
+    """Return the digest of a syntax tree without imports and docstrings, and the imports."""
     imports: list[_Import] = []
     dumped: list[str] = []
     _dump(ast.parse(source, filename=filename), dumped, imports)
     digest = hashlib.sha256("".join(dumped).encode()).hexdigest()
-    return _Parsed(digest, tuple(dict.fromkeys(imports)))
+    return digest, tuple(dict.fromkeys(imports))
 
 
 def _dump(value: Any, dumped: list[str], imports: list[_Import]) -> None:

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import isfinite, nan
 from pathlib import Path
-from typing import NamedTuple
+from typing import TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,6 +31,10 @@ _LIKELY_SUFFIXES = (".txt", ".csv", ".json", ".xml", ".mat", ".tsv")
 
 # maximum number of frames, 90 hours at 30 frames/s, which limits the memory use
 MAX_FRAMES = 10_000_000
+
+
+_Row: TypeAlias = tuple[int, list[float], float, str]
+"""Frame, box, visibility and source of a row."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -89,7 +93,7 @@ def read(path: Path) -> GroundTruth:
         cells = [cell.strip() for cell in row_text.split(",")]
         try:
             if header:
-                rows.append(_row(header, cells, after=rows[-1].frame if rows else -1))
+                rows.append(_row(header, cells, after=rows[-1][0] if rows else -1))
             else:
                 header = _header(cells)
         except ValueError as error:
@@ -98,7 +102,7 @@ def read(path: Path) -> GroundTruth:
         raise SequenceError(
             f"{path}: there are no rows. Expected: the header {HEADER} and a row per frame."
         )
-    n = rows[-1].frame + 1
+    n = rows[-1][0] + 1
     boxes, visibility, sources = np.full((n, 4), nan), np.full(n, nan), [""] * n
     annotated = np.zeros(n, np.bool_)
     for frame, box, visible, source in rows:
@@ -148,15 +152,6 @@ def read_text(path: Path) -> str:
         raise SequenceError(f"{path}: not a text file in UTF-8. Save it in UTF-8.") from None
 
 
-class _Row(NamedTuple):
-    """Row of a ground-truth file."""
-
-    frame: int
-    box: list[float]
-    visibility: float
-    source: str
-
-
 def _header(cells: list[str]) -> list[str]:
     extra = cells[len(COLUMNS) :]
     if cells[: len(COLUMNS)] != COLUMNS or extra not in ([], *([x] for x in OPTIONAL), OPTIONAL):
@@ -186,7 +181,7 @@ def _row(header: list[str], cells: list[str], after: int) -> _Row:
         raise ValueError(
             f"source {quote(source)} of frame {frame}. Expected: marked or interpolated"
         )
-    return _Row(frame, box, visibility, source)
+    return frame, box, visibility, source
 
 
 def _finite_number(value: str) -> float:

@@ -28,7 +28,7 @@ class VersionEntry:
     golden: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
     # trackers only: import names of the libraries whose versions belong to the tracker's version
     libraries: list[str] = field(default_factory=list)
-    # scenes only: metadata by sequence; see `datasets.metadata.stored_metadata`
+    # scenes only: metadata by sequence; see `datasets.interface.stored_metadata`
     metadata: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
 
     def identity(self, tree: str) -> list[Any]:

@@ -124,14 +124,15 @@ class VideoFrames:
             rate = stream.average_rate
             self.fps = float(rate) if rate else None
             reordered = stream.codec_context.has_b_frames
-            packets = [
-                (packet.pts, packet.is_keyframe)
-                for packet in container.demux(stream)
-                if packet.size and not packet.is_discard
-            ]
-        times = [time for time, _ in packets if time is not None]
-        keys = [time for time, is_key in packets if is_key and time is not None]
-        if len(set(times)) < len(packets) or (reordered and times == sorted(times)):
+            n_packets, times, keys = 0, list[int](), list[int]()
+            for packet in container.demux(stream):
+                if not packet.size or packet.is_discard:
+                    continue
+                n_packets += 1
+                if packet.pts is not None:
+                    times.append(packet.pts)
+                    keys += [packet.pts] if packet.is_keyframe else []
+        if len(set(times)) < n_packets or (reordered and times == sorted(times)):
             self._count = sum(1 for _ in self._decode(0))
             return
         self._times = sorted(times)

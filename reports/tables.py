@@ -40,6 +40,11 @@ class ScoreMeasure:
         """Column heading with unit."""
         return f"{self.title} [{self.unit}]" if self.unit else self.title
 
+    @property
+    def sign(self) -> float:
+        """1 if higher scores are better, else -1."""
+        return 1.0 if self.direction == "higher" else -1.0
+
 
 @dataclass(frozen=True)
 class Cell:

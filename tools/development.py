@@ -40,7 +40,7 @@ from trackmark.bench.papers.measures import Measure, mean_overlap
 from trackmark.bench.papers.paper import Paper, read_paper
 from trackmark.bench.papers.runs import PaperRuns
 from trackmark.bench.statistics.rules import CLAIM_MARGIN, decide
-from trackmark.bench.store.keys import RunKey
+from trackmark.bench.store.database import RunKey
 from trackmark.datasets.spec_string import format_text, parse_text
 
 SAMPLES = ("samples/face", "samples/bow-tie")

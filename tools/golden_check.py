@@ -23,7 +23,7 @@ from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.experiments.tracker_spec import GOLDEN, PACKAGE
 from trackmark.bench.output_files import write_file
 from trackmark.datasets.catalogue import suites
-from trackmark.datasets.metadata import stored_metadata
+from trackmark.datasets.interface import stored_metadata
 from trackmark.datasets.source_digest import imported_libraries, tree_digest
 from trackmark.datasets.synthetic.suite import SyntheticSuite
 from trackmark.datasets.versioning import VersionEntry, read_versions, write_versions

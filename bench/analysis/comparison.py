@@ -15,7 +15,7 @@ import numpy as np
 import pandas as pd
 from numpy.typing import NDArray
 
-from trackmark.bench.analysis.comparable_runs import (
+from trackmark.bench.analysis.run_checks import (
     AllFailedError,
     ComparisonError,
     check_runs,
@@ -25,7 +25,7 @@ from trackmark.bench.analysis.comparable_runs import (
 )
 from trackmark.bench.analysis.run_tables import not_repeatable, without_undefined
 from trackmark.bench.analysis.score_tables import failed_runs
-from trackmark.bench.analysis.times import TIME, clock_of, time_marks, time_notes, with_times
+from trackmark.bench.analysis.times import TIME, clock_of, with_times
 from trackmark.bench.protocols import ONE_PASS
 from trackmark.bench.statistics.intervals import Interval
 from trackmark.bench.statistics.rules import (
@@ -109,16 +109,15 @@ class Comparison:
     left_out: Collection[str]  # trackers whose runs all failed
     not_repeatable: Collection[str]  # trackers that gave different boxes with equal seeds
     attributes: Sequence[Collection[str]]  # attributes that occur in each sequence, if known
-    # mark of the time per frame by tracker; see `analysis.times`
-    time_marks: Mapping[str, str] = field(default_factory=dict)
-    time_notes: Sequence[str] = ()
+    # runs whose times per frame the standings have
+    measured: pd.DataFrame = field(default_factory=pd.DataFrame)
     undefined: Sequence[str] = ()  # sequences without a score of any tracker, which are left out
     published: Collection[str] = ()  # trackers with published scores
 
     @property
-    def sign(self) -> float:
-        """1 if higher scores are better, else -1."""
-        return _sign(self.measure)
+    def ranked(self) -> list[Standing]:
+        """Standings by their means, the best first."""
+        return sorted(self.standings, key=lambda standing: -self.measure.sign * standing.mean)
 
     @property
     def unit_suffix(self) -> str:
@@ -316,21 +315,26 @@ def compare_trackers(
         raise AllFailedError("; ".join(f"{name}: {note}" for name, note in failures.notes.items()))
     scored, undefined = without_undefined(scored, measure.name)
     timed = timed[timed["tracker"].isin(labels) & ~timed["sequence"].isin(undefined)]
-    sequences = [str(name) for name in scored["sequence"].unique()]
+    sequences = scored["sequence"].astype(str).unique().tolist()
     check_runs(scored, labels, sequences, measure)
     grouped = scored.groupby(["tracker", "sequence"], observed=True, sort=False)[measure.name]
     by_pair = {pair: values.to_numpy(np.float64) for pair, values in grouped}
-    scores = {name: [by_pair[name, sequence] for sequence in sequences] for name in labels}
-    means = {name: np.array([run.mean() for run in row]) for name, row in scores.items()}
+    scores: dict[str, list[NDArray[np.float64]]] = {}
+    means: dict[str, NDArray[np.float64]] = {}
+    for name in labels:
+        scores[name] = [by_pair[name, sequence] for sequence in sequences]
+        means[name] = np.array([*map(np.mean, scores[name])])
     declared = None if families is None else families.by_name(sequences)
     units = units_of(sequences, "scene" if by_scene else None, declared)
     pairs = _pairs(means, units, measure, against, same_boxes or {}, published)
     times, measured = with_times(scored, timed)
     # A published tracker is rarely called better, because intervals are corrected for many pairs.
-    unbeaten = () if published else _unbeaten(means, pairs, units)
+    beaten = {loser_of(pair.first, pair.second, pair.decision) for pair in pairs}
+    has_marks = pairs and len(units) >= MIN_UNITS and not published
+    unbeaten = means.keys() - beaten if has_marks else ()
     standings = _standings(times, clock_of(measured), means, units, measure, unbeaten)
     unpublished = [standing for standing in standings if standing.tracker not in published]
-    best = max(unpublished or standings, key=lambda standing: _sign(measure) * standing.mean)
+    best = max(unpublished or standings, key=lambda standing: measure.sign * standing.mean)
     return Comparison(
         measure=measure,
         units=units,
@@ -344,19 +348,10 @@ def compare_trackers(
         left_out=failures.left_out,
         not_repeatable=[name for name in labels if name in not_repeatable],
         attributes=[(attributes or {}).get(name, ()) for name in sequences],
+        measured=measured,
         undefined=undefined,
         published=published,
-        time_marks=time_marks(measured),
-        time_notes=time_notes(measured),
     )
-
-
-def _unbeaten(means: Means, pairs: Sequence[Pair], units: StatisticalUnits) -> Collection[str]:
-    """Return the trackers that no answer calls worse; none without answers."""
-    if not pairs or len(units) < MIN_UNITS:
-        return ()
-    beaten = {loser_of(pair.first, pair.second, pair.decision) for pair in pairs}
-    return [name for name in means if name not in beaten]
 
 
 def _standings(
@@ -372,8 +367,10 @@ def _standings(
     standings = []
     for name, values in zip(means, units.means(list(means.values())), strict=True):
         interval = interval_or_none(values, 1, measure.minimum, measure.maximum)
-        own_runs = runs[runs["tracker"] == name]
-        mean, mark, survival = float(values.mean()), name in unbeaten, _survival(own_runs)
+        # Only one-pass runs have a first loss.
+        ended = runs[runs["tracker"] == name].reindex(columns=["first_loss", "frames"]).dropna()
+        survival = float((ended["first_loss"] >= ended["frames"]).mean())
+        mean, mark = float(values.mean()), name in unbeaten
         time = times.get(name, nan)
         fps, clock = 1e3 / time if time > 0 else nan, clocks.get(name, "")
         standings.append(Standing(name, mean, interval, mark, survival, time, fps, clock))
@@ -395,7 +392,7 @@ def _pairs(
     names = [pair for pair in combinations(means, 2) if not {*pair} <= {*published}]
     if against is not None:
         names = [(against, name) for name in means if name != against and against in means]
-    sign, limit = _sign(measure), measure.maximum - measure.minimum
+    sign, limit = measure.sign, measure.maximum - measure.minimum
     pairs = []
     for first, second in names:
         differences = means[first] - means[second]
@@ -412,14 +409,3 @@ def _pairs(
         wins = int((sign * by_unit > 0).sum())
         pairs.append(Pair(first, second, differences, by_unit, decision, interval, wins, same))
     return pairs
-
-
-def _sign(measure: ScoreMeasure) -> float:
-    """Return 1 if higher scores are better, else -1."""
-    return 1.0 if measure.direction == "higher" else -1.0
-
-
-def _survival(runs: pd.DataFrame) -> float:
-    """Return the share of one-pass runs that never lost the target; NaN if it is unknown."""
-    ended = runs.reindex(columns=["first_loss", "frames"]).dropna()
-    return float((ended["first_loss"] >= ended["frames"]).mean())

@@ -17,7 +17,7 @@ from trackmark.bench.analysis.comparison import (
     subsets_of,
 )
 from trackmark.bench.analysis.decisions import answer_of, undefined_note
-from trackmark.bench.analysis.times import TIME, fps_text, time_text
+from trackmark.bench.analysis.times import TIME, fps_text, time_marks, time_notes, time_text
 from trackmark.bench.statistics.rules import (
     MIN_UNITS,
     corrected_level,
@@ -87,15 +87,16 @@ def _short_standings(comparison: Comparison, *, verbose: bool) -> Table:
     """Return the standings for a terminal: means have one decimal less, the best is first."""
     measure, few = comparison.measure, _too_few(comparison)
     short = replace(comparison, measure=replace(measure, decimals=max(0, measure.decimals - 1)))
-    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    ranked = comparison.ranked
     standings = ranked if verbose else _leading(ranked, comparison.published)
-    rows = [_standing_cells(short, standing, digits=2) for standing in standings]
+    marks = time_marks(comparison.measured)
+    rows = [_standing_cells(short, standing, marks, digits=2) for standing in standings]
     headings, ranks = _standing_heads(comparison)
     if few:  # there are no intervals
         del headings[2], ranks[1]
         for row in rows:
             del row[2]
-    notes = [*_star_notes(comparison), *comparison.time_notes]
+    notes = [*_star_notes(comparison), *time_notes(comparison.measured)]
     n_hidden = len(ranked) - len(standings)
     notes += [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
     caption = _standings_caption(comparison)
@@ -171,10 +172,12 @@ def _standing_heads(comparison: Comparison) -> tuple[list[str], list[int]]:
     return headings, [0, 1, 3, 2, 4]
 
 
-def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> list[Cell]:
+def _standing_cells(
+    comparison: Comparison, standing: Standing, marks: Mapping[str, str], digits: int
+) -> list[Cell]:
     """Return the cells of a tracker; its time has a number of digits."""
     remark = " (not repeatable)" * (standing.tracker in comparison.not_repeatable)
-    time_mark, survival = comparison.time_marks.get(standing.tracker, ""), standing.survival_rate
+    time_mark, survival = marks.get(standing.tracker, ""), standing.survival_rate
     return [
         Cell(standing.tracker + remark),
         Cell(_score_text(comparison, standing.mean), standing.is_unbeaten),
@@ -187,12 +190,12 @@ def _standing_cells(comparison: Comparison, standing: Standing, digits: int) -> 
 
 def standing_table(comparison: Comparison) -> Table:
     """Return the means of all trackers."""
-    rows, values = [], []
+    rows, values, marks = [], [], time_marks(comparison.measured)
     for standing in comparison.standings:
-        rows.append(_standing_cells(comparison, standing, digits=3))
+        rows.append(_standing_cells(comparison, standing, marks, digits=3))
         failures = comparison.failures.get(standing.tracker, "")
         values.append({**vars(standing), **_ends(standing.interval), "failures": failures})
-    notes = [*_star_notes(comparison), *comparison.time_notes]
+    notes = [*_star_notes(comparison), *time_notes(comparison.measured)]
     notes += [f"{name}: {note}" for name, note in comparison.failures.items()]
     headings, ranks = _standing_heads(comparison)
     return Table(

@@ -34,7 +34,7 @@ def answer_of(comparison: Comparison) -> Answer:
     It is about the tracker `against` if there is one. With fewer than `MIN_UNITS` units no tracker
     is called better.
     """
-    ranked = sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
+    ranked = comparison.ranked
     main = next((entry for entry in ranked if entry.tracker == comparison.main), ranked[0])
     heading, *details = _sentences(comparison, ranked, main)
     if len(comparison.units) < MIN_UNITS:
@@ -108,7 +108,7 @@ def _against(
     other_values = [values[entry.tracker] for group in groups.values() for entry in group]
     if len(other_values) <= _MAX_NAMES:
         return f"{values[main.tracker]} against {_joined(other_values)}"
-    bound = f" against {other_values[0]} or {'less' if comparison.sign > 0 else 'more'}"
+    bound = f" against {other_values[0]} or {'less' if comparison.measure.sign > 0 else 'more'}"
     return values[main.tracker] + bound * (groups.keys() == {"better"})
 
 
@@ -144,15 +144,21 @@ def _values(comparison: Comparison, ranked: Sequence[Standing]) -> dict[str, str
 
     If the two best means are equal then but not in tables, all means have the decimals of tables.
     """
-    measure, unit = comparison.measure, comparison.unit_suffix
-    means = {entry.tracker: entry.mean * measure.scale for entry in ranked}
-    short, long = (
-        {name: f"{mean:.{decimals}f}{unit}" for name, mean in means.items()}
-        for decimals in (max(0, measure.decimals - 1), measure.decimals)
-    )
-    best = [entry.tracker for entry in ranked[:2]]
-    is_close = len({short[name] for name in best}) < len({long[name] for name in best})
-    return long if is_close else short
+    decimals = comparison.measure.decimals
+    short = _printed_means(comparison, ranked, max(0, decimals - 1))
+    long = _printed_means(comparison, ranked, decimals)
+    if len(ranked) > 1:
+        first, second = ranked[0].tracker, ranked[1].tracker
+        if short[first] == short[second] and long[first] != long[second]:
+            return long
+    return short
+
+
+def _printed_means(
+    comparison: Comparison, ranked: Sequence[Standing], decimals: int
+) -> dict[str, str]:
+    scale, unit = comparison.measure.scale, comparison.unit_suffix
+    return {entry.tracker: f"{entry.mean * scale:.{decimals}f}{unit}" for entry in ranked}
 
 
 def _names(names: Collection[str], if_many: str = "") -> str:

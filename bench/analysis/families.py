@@ -5,7 +5,7 @@ from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from trackmark.bench.analysis.comparable_runs import ComparisonError
+from trackmark.bench.analysis.run_checks import ComparisonError
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.spec_string import name_hint
 

@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.analysis.comparable_runs import ComparisonError
 from trackmark.bench.analysis.published_sets import PublishedSet
+from trackmark.bench.analysis.run_checks import ComparisonError
 from trackmark.reports.tables import ScoreMeasure
 
 

@@ -16,8 +16,20 @@ from trackmark.bench.analysis.comparison import (
     rank_among_published,
 )
 from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.run_tables import SUMMARY, not_repeatable, summary_of
-from trackmark.bench.analysis.score_tables import failed_runs, mean_table, means_by_tracker
+from trackmark.bench.analysis.run_tables import (
+    SUMMARY,
+    not_repeatable,
+    undefined_notes,
+    without_undefined,
+)
+from trackmark.bench.analysis.score_tables import (
+    failed_runs,
+    mean_table,
+    missing_reasons,
+    notes_of,
+    tracker_means,
+    with_not_run,
+)
 from trackmark.bench.analysis.times import (
     TIME,
     TIMES,
@@ -49,25 +61,67 @@ _BAR = 10
 
 _CODE_LINE = re.compile(r'File "([^"]+)", line (\d+), in (\S+)')
 
+
 _SHOWN = ["mean_overlap", "success_rate", "centre_error", TIME.name]
-"""Measures of the short table."""
+"""Measures of the short table; a score is missing if no run has it."""
 
 
 @dataclass(frozen=True)
 class RunSummary:
-    """Answer and table on the one-pass runs of an experiment."""
+    """Answer on the one-pass runs of an experiment, and the content of its table."""
 
     sentences: Answer
     failures: list[str]  # lines on failed runs
-    table: Table  # a row per tracker, the best mean overlap first
     warnings: list[str]
+    runs: pd.DataFrame  # runs with a score, and those that are missing
+    measured: pd.DataFrame  # runs whose times the table shows
+    means: pd.DataFrame  # by tracker, with the reasons `lacking` of missing means
+    intervals: Mapping[str, tuple[float, float]]  # of the mean overlaps, by tracker
+    undefined: list[str]  # sequences on which the score of all trackers is undefined
 
     def lines(self, *, quiet: bool = False) -> list[str]:
         """Return the lines for a terminal; if `quiet`, without the table."""
         printed = [self.sentences.heading, *([] if quiet else self.sentences.details)]
         first_lines = [*self.failures, *([""] if self.failures else [])]
-        first_lines += [line for sentence in printed for line in wrap(sentence).splitlines()]
-        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table)]
+        for sentence in printed:
+            first_lines += wrap(sentence).splitlines()
+        return first_lines if quiet else [*first_lines, "", *terminal_lines(self.table())]
+
+    def table(self) -> Table:
+        """Return a table with a row per tracker, the best mean overlap first.
+
+        A narrow terminal shows no bar, a narrower one no centre error.
+        """
+        rows, marks = [], time_marks(self.measured)
+        ranked = self.means.sort_values("mean_overlap", ascending=False, kind="stable")
+        for label, row in ranked.head(MAX_ROWS).to_dict("index").items():
+            name, mean, time = str(label), row["mean_overlap"], row[TIME.name]
+            missing = f" ({row['lacking']})" if row["lacking"] else ""
+            interval = self.intervals.get(name)
+            cells = [
+                name,
+                f"{_value_text(mean, '.2f')}{missing}",
+                f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
+                "[{:.2f}, {:.2f}]".format(*interval) if interval else MISSING,
+                _value_text(100 * row["success_rate"], ".0f", " %"),
+                _value_text(row["centre_error"], ".1f", " px"),
+                time_text(time, marks.get(name, "")),
+                fps_text(time),
+            ]
+            rows.append([*map(Cell, cells)])
+        headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
+        headings += [TIME.heading, "fps"]
+        ranks = [0, 9, 3, 1, 4, 2, 5]
+        if not self.intervals:
+            del headings[3], ranks[2]
+            for cells_of_row in rows:
+                del cells_of_row[3]
+        n_hidden = len(self.means) - len(rows)
+        notes = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
+        run_notes = notes_of(self.runs, SUMMARY[0].name)
+        notes += [note for note in run_notes if " runs failed (" not in note]
+        notes += [*undefined_notes(self.undefined, SUMMARY[0]), *time_notes(self.measured)]
+        return Table("short", "", headings, 1, rows, notes, ranks=ranks)
 
 
 def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> RunSummary | None:
@@ -80,83 +134,50 @@ def summarise(runs: Runs, published: "Path | PublishedSet | None" = None) -> Run
     scored = runs.scored(metrics, ONE_PASS)
     if scored.empty:
         return None
-    means = summary_of(scored, runs.timed, "", with_intervals=False)
-    sentence, comparison = answer_on(scored, runs.timed, means)
+    defined, undefined = without_undefined(scored, SUMMARY[0].name)
+    defined, measured = with_times(defined, runs.timed)
+    defined = with_not_run(defined)
+    means, _ = tracker_means(defined, [*SUMMARY, TIME])
+    reasons = missing_reasons(defined, means.index, SUMMARY[0].name)
+    means = means.where(reasons == "").reindex(columns=_SHOWN).assign(lacking=reasons)
+    sentences, comparison = answer_on(scored, runs.timed, means["mean_overlap"], reasons)
     if published is not None:
-        sentence = answer_of(rank_among_published(runs, published))
+        sentences = answer_of(rank_among_published(runs, published))
     standings = () if comparison is None else comparison.standings
-    intervals = {entry.tracker: entry.interval for entry in standings if entry.interval}
-    _, measured = with_times(scored, runs.timed)
     return RunSummary(
-        sentence,
+        sentences,
         failure_lines(scored, runs.folder),
-        _table(means, intervals, time_marks(measured)),
         [*not_repeatable(runs.table).values()],
+        defined,
+        measured,
+        means,
+        {entry.tracker: entry.interval for entry in standings if entry.interval},
+        undefined,
     )
 
 
 def answer_on(
-    scored: pd.DataFrame, timed: pd.DataFrame, means: Table, **details: Any
+    scored: pd.DataFrame,
+    timed: pd.DataFrame,
+    overlaps: "pd.Series[float]",
+    reasons: "pd.Series[str]",
+    **details: Any,
 ) -> tuple[Answer, Comparison | None]:
     """Return which tracker has the best mean overlap, and the comparison of trackers with all runs.
 
-    `scored` are the one-pass runs, `means` their table of means, and `details` further arguments of
-    `compare_trackers`.
+    `scored` are the one-pass runs, `overlaps` their means by tracker, `reasons` why means
+    are missing, and `details` further arguments of `compare_trackers`.
     """
-    overlaps = means_by_tracker(means, "mean_overlap")
     left_out = failed_runs(scored).left_out
-    if overlaps["mean"].notna().any():
-        labels = [*overlaps.index[overlaps["mean"].notna()], *left_out]
+    if overlaps.notna().any():
+        labels = [*overlaps.index[overlaps.notna()], *left_out]
         comparison = compare_trackers(scored, timed, SUMMARY[0], labels, **details)
         return answer_of(comparison), comparison
-    if (overlaps["lacking"] == "").any():
+    if (reasons == "").any():
         return Answer("There is no answer: no sequence has a target after its first frame."), None
     if len(left_out) < len(overlaps):
         return Answer("There is no answer: no tracker has runs on all sequences."), None
     return Answer("There is no answer: all runs failed."), None
-
-
-def ranked_trackers(means: Table) -> list[str]:
-    """Return the trackers by mean overlap, the best first; those without a mean come last."""
-    overlaps = means_by_tracker(means, "mean_overlap")["mean"]
-    return [*overlaps.sort_values(ascending=False, kind="stable").index]
-
-
-def _table(
-    means: Table, intervals: Mapping[str, tuple[float, float]], marks: Mapping[str, str]
-) -> Table:
-    """Return the short table; a narrow terminal shows no bar, a narrower one no centre error.
-
-    `intervals` are those of the mean overlaps by tracker, `marks` those of the times.
-    """
-    rows, trackers = [], ranked_trackers(means)
-    missing_reasons = means_by_tracker(means, "mean_overlap")["lacking"]
-    values = means.records.pivot_table("mean", "tracker", "measure", dropna=False)
-    for name in trackers[:MAX_ROWS]:
-        mean, success, error, time = map(float, values.loc[name, _SHOWN])
-        missing = f" ({missing_reasons[name]})" if missing_reasons[name] else ""
-        cells = [
-            name,
-            f"{_value_text(mean, '.2f')}{missing}",
-            f"{'#' * round(_BAR * mean):.<{_BAR}}" if isfinite(mean) else "",
-            "[{:.2f}, {:.2f}]".format(*intervals[name]) if name in intervals else MISSING,
-            _value_text(100 * success, ".0f", " %"),
-            _value_text(error, ".1f", " px"),
-            time_text(time, marks.get(name, "")),
-            fps_text(time),
-        ]
-        rows.append([Cell(text) for text in cells])
-    headings = ["tracker", "overlap", f"{'0':<{_BAR - 1}}1", "95 %", "success", "error"]
-    headings += [TIME.heading, "fps"]
-    ranks = [0, 9, 3, 1, 4, 2, 5]
-    if not intervals:
-        del headings[3], ranks[2]
-        for row in rows:
-            del row[3]
-    n_hidden = len(trackers) - len(rows)
-    notes = [f"{n_hidden} more trackers: --verbose"] if n_hidden else []
-    notes += [note for note in means.notes if " runs failed (" not in note]
-    return Table("short", "", headings, 1, rows, notes, ranks=ranks)
 
 
 def summarise_times(runs: Runs) -> list[str]:

@@ -133,6 +133,8 @@ def not_repeatable(runs: pd.DataFrame) -> dict[str, str]:
 
     `runs`: as in `Runs.table`. Scores are compared, as equal boxes have equal scores.
     """
+    if not (runs["protocol"] == TIMING).any():
+        return {}
     key, scores = ["tracker", "sequence", "repetition"], ["mean_overlap", "centre_error"]
     finished = runs[runs["status"] == "finished"].reindex(columns=["protocol", *key, *scores])
     first, second = (
@@ -166,15 +168,12 @@ def score_tables(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> list[
     return result
 
 
-def summary_of(
-    scored: pd.DataFrame, timed: pd.DataFrame, title: str, *, with_intervals: bool = True
-) -> Table:
+def summary_of(scored: pd.DataFrame, timed: pd.DataFrame, title: str) -> Table:
     """Make the table of means over sequences; parameters as for `score_tables`."""
     scored, undefined = without_undefined(scored, SUMMARY[0].name)
     runs, measured = with_times(scored, timed)
     measures = (*SUMMARY, *_mask_columns(scored), TIME)
-    means = mean_table(runs, measures, title, DEFAULT_METRICS, with_intervals=with_intervals)
-    table = with_fps(means, measured)
+    table = with_fps(mean_table(runs, measures, title, DEFAULT_METRICS), measured)
     further_notes = [*undefined_notes(undefined, SUMMARY[0]), *time_notes(measured)]
     return replace(table, notes=[*table.notes, *further_notes])
 

@@ -33,7 +33,8 @@ def with_not_run(runs: pd.DataFrame) -> pd.DataFrame:
     Means of trackers over different sequences are not comparable.
     """
     pairs = runs[["tracker", "sequence"]].drop_duplicates().astype(str)
-    every = pd.MultiIndex.from_product([pairs[name].unique() for name in pairs], names=[*pairs])
+    trackers, sequences = pairs["tracker"].unique(), pairs["sequence"].unique()
+    every = pd.MultiIndex.from_product([trackers, sequences], names=[*pairs])
     absent = every[~every.isin(pd.MultiIndex.from_frame(pairs))].to_frame(index=False)
     not_run = absent.assign(repetition=0, status=NOT_RUN)
     return pd.concat([runs, not_run], ignore_index=True) if len(not_run) else runs
@@ -46,7 +47,6 @@ def mean_table(
     metrics: str,
     *,
     skip_undefined: bool = False,
-    with_intervals: bool = True,
 ) -> Table:
     """Make a table of trackers by measures, averaged over units, with intervals and marks.
 
@@ -56,31 +56,39 @@ def mean_table(
     that have a score; by default the mean is missing if one is missing.
     """
     runs = with_not_run(runs)
-    sequences = [str(name) for name in runs["sequence"].unique()]
+    sequences = runs["sequence"].astype(str).unique().tolist()
     units = units_of(sequences)
-    unit_of = {
-        sequences[index]: label
-        for label, members in zip(units.labels, units.members, strict=True)
-        for index in members
-    }
-    runs = runs.assign(unit=runs["sequence"].astype(str).map(unit_of))
-    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
-    by_sequence = mean_by(["tracker", "unit", "sequence"], runs)
-    by_unit = mean_by(["tracker", "unit"], by_sequence)
-    mean = mean_by(["tracker"], by_unit)
+    mean, by_unit = tracker_means(runs, measures, skip_undefined=skip_undefined)
     # The spread over repetitions is defined if all sequences have equally many.
-    by_pass = mean_by(["tracker", "repetition"], runs)
+    labels = ["tracker", "repetition"]
+    by_pass = _statistic("mean", measures, labels, runs, skip_undefined=skip_undefined)
     spread = _statistic("std", measures, ["tracker"], by_pass, skip_undefined=skip_undefined)
     sizes = runs.groupby(["tracker", "sequence"], sort=False).size().groupby("tracker", sort=False)
     spread = spread.where(sizes.min() == sizes.max())
     values = _values(runs, mean, spread, mean * np.nan, measures)
-    if with_intervals:
-        values = _with_intervals(values, by_unit, measures)
+    values = _with_intervals(values, by_unit, measures)
     meaning = (
         f"{means_over(sequences, len(units))}; metrics {metrics}. {meaning_of_intervals(units)}"
     )
     notes = notes_of(runs, measures[0].name)
     return _table("summary", f"{title}: {meaning}", values, notes, measures, metrics)
+
+
+def tracker_means(
+    runs: pd.DataFrame, measures: Sequence[ScoreMeasure], *, skip_undefined: bool = False
+) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the means by tracker, and by tracker and unit, with a column per measure.
+
+    Parameters are as for `mean_table`. Repetitions are averaged first, then sequences, then units.
+    """
+    mean_by = partial(_statistic, "mean", measures, skip_undefined=skip_undefined)
+    sequences = runs["sequence"].astype(str)
+    units, unit_of = units_of(sequences.unique().tolist()), pd.Series("", sequences.unique())
+    for label, members in zip(units.labels, units.members, strict=True):
+        unit_of.iloc[members] = label
+    runs = runs.assign(unit=sequences.map(unit_of))
+    by_unit = mean_by(["tracker", "unit"], mean_by(["tracker", "unit", "sequence"], runs))
+    return mean_by(["tracker"], by_unit), by_unit
 
 
 def means_over(sequences: Sequence[str], n_units: int) -> str:
@@ -107,6 +115,12 @@ def meaning_of_intervals(units: StatisticalUnits) -> str:
 def means_by_tracker(summary: Table, measure: str) -> pd.DataFrame:
     """Return the data of a `mean_table` on a measure, with a row per tracker."""
     return summary.records[summary.records["measure"] == measure].set_index("tracker")
+
+
+def ranked_trackers(summary: Table) -> list[str]:
+    """Return the trackers by mean overlap, the best first; those without a mean come last."""
+    overlaps = means_by_tracker(summary, "mean_overlap")["mean"]
+    return [*overlaps.sort_values(ascending=False, kind="stable").index]
 
 
 def sequence_table(
@@ -182,21 +196,14 @@ def _values(
 ) -> pd.DataFrame:
     """Return the values of a table: a row per measure for each row of `mean`.
 
-    A mean is missing if a run does not count; `lacking` is then the reason, such as `2 of 5 stale`.
-    Failed runs count if they have a score by the first measure.
+    A mean is missing if a run does not count; `lacking` is then the reason.
     """
-    levels, names = list(mean.index.names), [measure.name for measure in measures]
-    uncounted = runs[~counted(runs, names[0])].groupby(levels, sort=False)["status"]
-    counts = uncounted.size().reindex(mean.index, fill_value=0)
-    kinds = uncounted.agg(lambda statuses: " or ".join(statuses.unique())).reindex(mean.index)
-    sizes = runs.groupby(levels, sort=False).size().reindex(mean.index)
-    reasons = [
-        f"{count} of {size} {kind}" if count else ""
-        for count, size, kind in zip(counts, sizes, kinds, strict=True)
-    ]
+    names = [measure.name for measure in measures]
+    reasons = missing_reasons(runs, mean.index, names[0])
+    sizes = runs.groupby(list(mean.index.names), sort=False).size().reindex(mean.index)
 
     def column(values: pd.DataFrame, names: list[str]) -> NDArray[np.float64]:
-        present = values.reindex(mean.index, columns=names).where(counts == 0)
+        present = values.reindex(mean.index, columns=names).where(reasons == "")
         return present.to_numpy(np.float64).ravel()
 
     columns = {
@@ -211,6 +218,19 @@ def _values(
         "lacking": np.repeat(reasons, len(names)),
     }
     return pd.DataFrame(columns, index=mean.index.repeat(len(names)))
+
+
+def missing_reasons(runs: pd.DataFrame, index: pd.Index, score: str) -> "pd.Series[str]":
+    """Return why the means with these labels are missing, such as `2 of 5 stale`; empty if not.
+
+    A mean is missing if a run does not count. Failed runs count if they have a score `score`.
+    """
+    levels = list(index.names)
+    uncounted = runs[~counted(runs, score)].groupby(levels, sort=False)["status"]
+    kinds = uncounted.agg(lambda statuses: " or ".join(statuses.unique()))
+    sizes = runs.groupby(levels, sort=False).size().reindex(kinds.index)
+    reasons = uncounted.size().astype(str) + " of " + sizes.astype(str) + " " + kinds
+    return reasons.reindex(index, fill_value="")
 
 
 def _with_intervals(

@@ -6,9 +6,8 @@ from math import isfinite
 import numpy as np
 import pandas as pd
 
-from trackmark.bench.metrics.times import RUN_DELAY_CLOCK
+from trackmark.bench.metrics.times import MAX_RUN_DELAY, RUN_DELAY_CLOCK
 from trackmark.reports.tables import MISSING, Cell, ScoreMeasure, Table
-from trackmark.trackers.base.call_clock import MAX_RUN_DELAY
 
 TIME = ScoreMeasure("ms_per_frame", "ms/frame", "", None, 3, minimum=0.0)
 """Mean time of an update [ms]."""
@@ -48,9 +47,8 @@ def with_times(scored: pd.DataFrame, timed: pd.DataFrame) -> tuple[pd.DataFrame,
     )
     pairs = ["tracker", "sequence"]
     finished = timed[timed["status"] == "finished"]
-    means = finished.groupby(pairs, observed=True)[TIME.name].mean().to_dict()
-    names = zip(scored["tracker"], scored["sequence"], strict=True)
-    times = np.array([means.get(name, np.nan) for name in names], np.float64)
+    means = finished.groupby(pairs, observed=True)[TIME.name].mean()
+    times = means.reindex(pd.MultiIndex.from_frame(scored[pairs])).to_numpy(np.float64)
     if len(times) and np.isfinite(times).all():
         return scored.assign(**{TIME.name: times}), finished
     times_of_runs = scored[TIME.name].where(scored["status"] != "failed")

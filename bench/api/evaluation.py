@@ -28,10 +28,9 @@ from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec, default_name
 from trackmark.bench.experiments.tracker_spec import TrackerSpec
 from trackmark.bench.external import close_idle_processes
-from trackmark.bench.operating_system import in_child
+from trackmark.bench.operating_system import FRAME_FOLDER, FRAME_PREFIX, in_child, remove_abandoned
 from trackmark.bench.protocols import ONE_PASS, parse_protocol, protocol_of_key
 from trackmark.bench.store.truth import stored_truth
-from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import Randomness, TrackerError
 from trackmark.trackers.base.estimate_check import value_text

@@ -10,21 +10,20 @@ import pandas as pd
 
 from trackmark import datasets
 from trackmark.bench.analysis.by_metrics import metrics_for
-from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.comparison import Comparison, compare_runs
 from trackmark.bench.analysis.comparison_tables import (
     pair_table,
     screen_lines,
     standing_table,
 )
-from trackmark.bench.analysis.corner_boxes import corner_boxes
 from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.families import Families, read_families
+from trackmark.bench.analysis.run_checks import compared_measure, corner_boxes
 from trackmark.bench.analysis.run_tables import measures_of, undefined_notes, without_undefined
 from trackmark.bench.analysis.score_tables import mean_table, sequence_table
 from trackmark.bench.metrics import canonical_name
 from trackmark.bench.protocols import parse_protocol
-from trackmark.bench.store.keys import FILE_NAME, ResultsError, single_experiment
+from trackmark.bench.store.database import FILE_NAME, ResultsError, single_experiment
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.reports.printable import wrap

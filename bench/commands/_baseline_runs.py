@@ -16,8 +16,8 @@ from trackmark.bench.commands._progress import (
 )
 from trackmark.bench.commands._terminal import environment_variable
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
+from trackmark.bench.operating_system import temporary_folder
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.temporary_paths import temporary_folder
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.plan import OpenedSequences, Plan

@@ -38,14 +38,10 @@ def plan_experiment(
     with report_slow_work("Opening trackers and sequences") as opened:
         return Execution(
             experiment,
-            options.results_root,
+            **vars(options),
             retry_failed=retry_failed,
             opened_sequences={} if opened_sequences is None else opened_sequences,
             progress=opened,
-            jobs=options.jobs,
-            backend=options.backend,
-            address=options.address,
-            limits=options.limits,
         )
 
 

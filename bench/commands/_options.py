@@ -121,7 +121,7 @@ def _metrics(context: click.Context, parameter: click.Parameter, names: str) -> 
     if not split_list(names):
         raise click.BadParameter("name at least one (`trackmark list metrics`).")
     try:
-        return list(dict.fromkeys(metrics.canonical_name(name) for name in split_list(names)))
+        return list(dict.fromkeys(map(metrics.canonical_name, split_list(names))))
     except ValueError as error:
         raise click.BadParameter(str(error)) from error
 
@@ -298,8 +298,8 @@ def matching_sequences(
     for more or fewer than one sequence. If sequences cannot be used, the error also names those of
     `trackers` that cannot be used.
     """
+    from trackmark.datasets.catalogue import select_sequences
     from trackmark.datasets.interface import UnusableSequencesError
-    from trackmark.datasets.selection import select_sequences
 
     try:
         with report_slow_work("Looking for sequences"):

@@ -246,22 +246,21 @@ class RunProgress:
         self._stack.close()
         if error_type is None and self._began and self._bar is None:
             where = f", {self.folder}" if self.folder else ""
-            print_progress("done", f"{self._counts()}, {duration(self._seconds())}{where}")
+            print_event("done", f"{self._counts()}, {duration(self._seconds())}{where}")
 
     def expect(self, *executions: "Execution") -> None:
         """Add the missing runs of executions to the expected runs."""
-        self._runs += sum(execution.tasks.n_runs for execution in executions)
-        self._work += sum(execution.tasks.work for execution in executions)
+        for execution in executions:
+            self._runs += execution.tasks.n_runs
+            self._work += execution.tasks.work
 
     def begin(self) -> None:
         """Start an execution; the first one prints the title."""
         self._work_before += self._work_now
         self._work_now = 0
-        if self._began or not self._runs:
+        if self._began or not self._runs or _Screen.quiet:
             return
         self._began = time.monotonic()
-        if _Screen.quiet:
-            return
         print_event("start", self._title)
         if _in_terminal():
             self._bar = self._stack.enter_context(_bar(self._work))
@@ -316,7 +315,7 @@ class RunProgress:
 
 def print_corner_hints(runs: "Runs") -> None:
     """Print a hint for each tracker that seems to return corners."""
-    from trackmark.bench.analysis.corner_boxes import corner_boxes
+    from trackmark.bench.analysis.run_checks import corner_boxes
 
     for hint in corner_boxes(runs):
         print_event("warning", hint)

@@ -78,7 +78,7 @@ class SafeStream(TextIOBase):
         if cleaned and self.isatty():
             self._write_above_bar(cleaned)
         else:
-            self._attempt(lambda: self.through.write(cleaned))
+            self._attempt(self.through.write, cleaned)
         return len(output)
 
     def _write_above_bar(self, cleaned: str) -> None:
@@ -91,7 +91,7 @@ class SafeStream(TextIOBase):
                 locked.enter_context(bar.get_lock())
                 if SafeStream.line_ended:
                     bar.clear(nolock=True)
-            self._attempt(lambda: self.through.write(cleaned))
+            self._attempt(self.through.write, cleaned)
             SafeStream.line_ended = cleaned.endswith("\n")
             if drawn and SafeStream.line_ended:
                 self.flush()
@@ -102,9 +102,9 @@ class SafeStream(TextIOBase):
         if not self.through.closed:  # Python 3.13 flushes closed streams, too, and reports errors
             self._attempt(self.through.flush)
 
-    def _attempt(self, call: Callable[[], object]) -> None:
+    def _attempt(self, call: Callable[..., object], *arguments: str) -> None:
         try:
-            call()
+            call(*arguments)
         except OSError as error:
             # The text in the stream's buffer would fail again, at the latest when Python ends.
             null = os.open(os.devnull, os.O_WRONLY)

@@ -138,13 +138,13 @@ def command(
     Exit codes: 0 success; 1 all runs of a tracker failed, which is left out; 2 invalid usage or
     input, or a missing run in --results; 130 interrupted.
     """
-    from trackmark.bench.analysis.comparable_runs import AllFailedError
     from trackmark.bench.analysis.comparison import compare_runs
     from trackmark.bench.analysis.comparison_tables import as_data, screen_lines
     from trackmark.bench.analysis.families import read_families
     from trackmark.bench.analysis.published_sets import PublishedSet
+    from trackmark.bench.analysis.run_checks import AllFailedError
     from trackmark.bench.protocols import ONE_PASS, parse_protocol
-    from trackmark.bench.store.keys import single_experiment
+    from trackmark.bench.store.database import single_experiment
 
     if (sequences is None) == (results is None):
         raise click.UsageError("Give either --sequences or --results.")
@@ -250,7 +250,7 @@ def _is_default(parameter: str) -> bool:
 
 def _measure(metrics: str, metric: str | None, margin: float | None) -> "ScoreMeasure":
     """Return the score that is compared, with its margin."""
-    from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
+    from trackmark.bench.analysis.run_checks import ComparisonError, compared_measure
 
     try:
         return compared_measure(metrics, metric, margin)

@@ -21,7 +21,7 @@ from trackmark.bench.commands._progress import progress_bar, report_slow_work
 from trackmark.reports.printable import wrap
 
 if TYPE_CHECKING:
-    from trackmark.datasets.metadata import SequenceMetadata
+    from trackmark.datasets.interface import SequenceMetadata
     from trackmark.datasets.official_sets import Coverage
 
 
@@ -131,7 +131,7 @@ def _metrics(name: str) -> Description:
         "agrees_with": definitions.agrees_with,
         "run_kind": definitions.run_kind,
         "metrics": {key: asdict(metric) for key, metric in definitions.metrics.items()},
-        "curves": {key: asdict(axes) for key, axes in definitions.curves.items()},
+        "curves": {key: {"x": x, "y": y} for key, (x, y) in definitions.curves.items()},
     }
     lines = [metrics.canonical_name(name), "", summary, "", definition, ""]
     lines.append(f"agrees with  {definitions.agrees_with or 'no toolkit'}")

@@ -119,7 +119,7 @@ def command(
     from trackmark.bench.analysis.by_metrics import metric_tables
     from trackmark.bench.commands._table_files import list_written_files, write_tables
     from trackmark.bench.pages.report import ReportPage
-    from trackmark.bench.store.keys import ResultsError, experiment_folders
+    from trackmark.bench.store.database import ResultsError, experiment_folders
 
     has_page = not no_pictures and (output is not None or not (as_json or form))
     if results is None and not (results_of and sequences):

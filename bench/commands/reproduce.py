@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from trackmark.bench.papers import ReproductionOptions
     from trackmark.bench.papers.paper import Paper
     from trackmark.bench.papers.reproduction import Report
-    from trackmark.bench.store.keys import RunKey
+    from trackmark.bench.store.database import RunKey
 
 
 @click.command("reproduce", cls=Command)

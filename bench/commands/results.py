@@ -66,7 +66,7 @@ def list_results(folder: Path, as_json: bool) -> None:
 
     Exit codes: 0 success; 2 invalid usage or input.
     """
-    from trackmark.bench.store.keys import experiment_folders
+    from trackmark.bench.store.database import experiment_folders
     from trackmark.bench.store.run_rows import json_row
 
     for experiment in experiment_folders(folder):
@@ -109,7 +109,7 @@ def failures(folder: Path, verbose: bool, as_json: bool) -> None:
     import numpy as np
 
     from trackmark.bench.analysis.run_summary import tracker_line
-    from trackmark.bench.store.keys import experiment_folders, run_key
+    from trackmark.bench.store.database import experiment_folders, run_key
     from trackmark.bench.store.run_store import RunStore
     from trackmark.bench.store.runs import list_runs
 
@@ -176,7 +176,7 @@ def remove(
     Exit codes: 0 success; 2 invalid usage or input; 130 not confirmed, or interrupted.
     """
     from trackmark.bench.protocols import TIMING, parse_protocol
-    from trackmark.bench.store.keys import RunKey, experiment_folders, run_key
+    from trackmark.bench.store.database import RunKey, experiment_folders, run_key
     from trackmark.bench.store.run_store import RunStore
     from trackmark.bench.store.runs import list_runs
 
@@ -223,7 +223,7 @@ def check_results(folder: Path, as_json: bool) -> int:
 
     Exit codes: 0 no damage; 1 results are damaged; 2 invalid usage or input.
     """
-    from trackmark.bench.store.keys import ResultsError, experiment_folders
+    from trackmark.bench.store.database import ResultsError, experiment_folders
 
     status = 0
     for experiment in experiment_folders(folder, damaged=True):
@@ -358,7 +358,7 @@ def export(
     Exit codes: 0 success; 2 invalid usage or input.
     """
     from trackmark.bench.exchange.exporting import export_results
-    from trackmark.bench.store.keys import single_experiment
+    from trackmark.bench.store.database import single_experiment
 
     files = export_results(
         single_experiment(experiment),

@@ -54,7 +54,7 @@ from trackmark.bench.experiments.experiment import (
 
 if TYPE_CHECKING:
     from trackmark.bench.execution.executor import Execution
-    from trackmark.bench.store.keys import RunKey
+    from trackmark.bench.store.database import RunKey
     from trackmark.bench.store.runs import Runs
 
 _MAX_OUTPUT_LINES = 10  # printed lines of a tracker's output
@@ -196,7 +196,7 @@ def _execute(
 ) -> int:
     """Execute a plan, print its scores by the chosen metrics and return the exit status."""
     from trackmark.bench.execution.plan import RunStatus
-    from trackmark.bench.store.keys import run_key
+    from trackmark.bench.store.database import run_key
     from trackmark.bench.store.runs import Runs
     from trackmark.datasets import SequenceError
     from trackmark.trackers import TrackerError
@@ -312,7 +312,7 @@ def _print_hints(execution: "Execution") -> None:
 
 def _print_details(runs: "Runs", requested: "Iterable[RunKey]") -> None:
     """Print the end of what each tracker printed in the first run in which it printed anything."""
-    from trackmark.bench.store.keys import run_key
+    from trackmark.bench.store.database import run_key
 
     stored_keys = {run_key(row) for row in runs.stored_rows}
     keys = [key for key in requested if key in stored_keys]
@@ -335,7 +335,7 @@ def _print_plan(execution: "Execution", *, as_json: bool) -> None:
     from trackmark.trackers.base.interface import Randomness
 
     plan, tasks = execution.plan, execution.tasks
-    estimate = estimate_time(tasks, execution.output)
+    estimate = estimate_time(tasks, execution.results_root)
     kinds = [RunStatus.FINISHED, RunStatus.FAILED, RunStatus.STALE, RunStatus.MISSING]
     if execution.experiment.is_timing:
         kinds.insert(2, RunStatus.DISTURBED)

@@ -165,7 +165,7 @@ def _boxes_of_runs(
     import numpy as np
 
     from trackmark.bench.analysis.film_strips import boxes_on
-    from trackmark.bench.store.keys import ResultsError, experiment_folders
+    from trackmark.bench.store.database import ResultsError, experiment_folders
     from trackmark.reports.overlay import TRUTH
 
     experiments = [open_runs(path) for path in experiment_folders(folder)]

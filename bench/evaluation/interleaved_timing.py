@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.timed_clips import Clip, Setup, TurnTime
 from trackmark.bench.external.worker_process import WorkerProcess
+from trackmark.bench.metrics.times import MAX_RUN_DELAY, run_delay_share
 from trackmark.trackers import TrackerError
-from trackmark.trackers.base.call_clock import MAX_RUN_DELAY, run_delay_share
 
 TURN_LIMIT = 600.0
 """Time limit of a turn, including compilation [s]."""

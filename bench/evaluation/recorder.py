@@ -27,10 +27,9 @@ from trackmark.bench.evaluation.run_record import RESERVED_COLUMNS, Run
 from trackmark.bench.experiments.tracker_spec import TrackerSpec, run_identity
 from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError, exception_text
-from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.metrics.regions import Segmentation, contour_accuracy, region_similarity
 from trackmark.bench.metrics.times import RUN_DELAY_CLOCK, WALL_CLOCK, Times, time_fields
-from trackmark.bench.operating_system import machine_name
+from trackmark.bench.operating_system import MachineError, machine_fault, machine_name
 from trackmark.bench.protocols import (
     ONE_PASS,
     TIMING,

@@ -8,19 +8,20 @@ from datetime import UTC, datetime
 from functools import cache
 from html import escape
 from pathlib import Path
-from typing import Any, Literal, TypeAlias
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.boxes import centre_error, overlap
-from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.datasets import Sequence
 from trackmark.datasets.source_digest import library_versions
+
+if TYPE_CHECKING:
+    from trackmark.bench.metrics.regions import Segmentation
 
 Trajectory: TypeAlias = Literal["online", "revised"]
 """Trajectory of a run: boxes as returned by each update, or with later corrections."""
@@ -83,7 +84,7 @@ class Run:
     failure: str = ""
     revised: NDArray[Any] | None = None
     arrays: Mapping[int, Mapping[str, NDArray[Any]]] = field(default_factory=dict)
-    segmentation: Segmentation | None = None
+    segmentation: "Segmentation | None" = None
     times: Times | None = None
     states: NDArray[Any] | None = None
     estimate_frames: NDArray[Any] | None = None
@@ -121,7 +122,7 @@ class Run:
         """Return the ground-truth box of each row, shape (n, 4)."""
         if sequence is None:
             sequence = self.open_sequence()
-        loaded = load_sequence(sequence) if isinstance(sequence, str | Path) else sequence
+        loaded: Sequence = opened(sequence)
         if loaded.fingerprint != self.identity.fingerprint:
             raise ValueError(
                 f"{self!r} was made on another sequence, or on another version of {loaded.name}."
@@ -157,6 +158,9 @@ class Run:
 
     def open_sequence(self) -> Sequence:
         """Return the sequence of the run; raise `SequenceError` if it cannot be opened."""
+        # The process of a command scores runs by stored ground truths and opens no sequence.
+        from trackmark.bench.evaluation.sequence_cache import evaluated_sequences, load_sequence
+
         if sequence := evaluated_sequences.get(self.identity.fingerprint):
             return sequence
         name = self.metadata.get("source") or self.identity.sequence
@@ -165,6 +169,15 @@ class Run:
     def __repr__(self) -> str:
         key = self.identity
         return f"<Run {key.tracker} on {key.sequence}, repetition {key.repetition}: {self.status}>"
+
+
+def opened(sequence: Any) -> Any:
+    """Return a sequence, or its ground truth; a name or path is opened."""
+    if not isinstance(sequence, str | Path):
+        return sequence
+    from trackmark.bench.evaluation.sequence_cache import load_sequence
+
+    return load_sequence(sequence)
 
 
 def drawing_note(tracker: str, generators: str) -> str:
@@ -176,7 +189,10 @@ def drawing_note(tracker: str, generators: str) -> str:
 
 
 def with_metadata(run: Run) -> Run:
-    """Return the run with date, machine and libraries, unless it has them already."""
+    """Return the run with date, machine and libraries, unless it has them already.
+
+    In its texts, escapes replace surrogates, which UTF-8 cannot encode.
+    """
     metadata = {
         "date": datetime.now(UTC).isoformat(timespec="microseconds"),
         "host": socket.gethostname(),
@@ -185,7 +201,9 @@ def with_metadata(run: Run) -> Run:
         "libraries": _libraries(),
         **run.metadata,
     }
-    return replace(run, metadata=metadata)
+    failure = run.failure.encode("utf-8", "backslashreplace").decode("utf-8")
+    output = run.tracker_output.encode("utf-8", "backslashreplace").decode("utf-8")
+    return replace(run, metadata=metadata, failure=failure, tracker_output=output)
 
 
 @cache

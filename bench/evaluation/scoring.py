@@ -18,8 +18,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from trackmark.bench import protocols
 from trackmark.bench.evaluation.ground_truth import select_ground_truth
-from trackmark.bench.evaluation.run_record import Run, Trajectory
-from trackmark.bench.evaluation.sequence_cache import load_sequence
+from trackmark.bench.evaluation.run_record import Run, Trajectory, opened
 from trackmark.bench.metrics import canonical_name, find_metrics
 from trackmark.bench.metrics.interface import (
     FrameState,
@@ -30,7 +29,6 @@ from trackmark.bench.metrics.interface import (
     annotates_init_only,
     mean_of_sequences,
 )
-from trackmark.bench.metrics.regions import segmentation_scores
 from trackmark.bench.protocols import ProtocolError, parse_protocol, protocol_of_key
 
 DEFAULT_METRICS = "native"
@@ -60,7 +58,7 @@ def score_run(
         raise ValueError(f"{run!r} cannot be scored: {run.failure.splitlines()[0]}")
     if trajectory not in get_args(Trajectory):
         raise ValueError(f"unknown trajectory {trajectory!r}. Known: online, revised.")
-    scored = _truth(sequence)
+    scored = opened(sequence)
     fingerprint = getattr(scored, "fingerprint", run.identity.fingerprint)
     if fingerprint != run.identity.fingerprint:
         raise ValueError(
@@ -254,7 +252,8 @@ def score(
 
     Examples
     --------
-    >>> truth = load_sequence("samples/face")
+    >>> from trackmark import datasets
+    >>> truth = datasets.load("samples/face")
     >>> score(truth.boxes, truth)["mean_overlap"]
     1.0
     """
@@ -268,13 +267,15 @@ def score(
                 f"{type(run_or_boxes).__name__} is neither a run nor boxes. Expected: a run, for "
                 "example results['static', 'face'], or an array of shape (n, 4)."
             ) from None
-        truth = _truth(sequence)
+        truth = opened(sequence)
         _check_annotation(metrics, truth, getattr(truth, "name", "the sequence"))
         return dict(find_metrics(metrics).score(truth, RunEstimates(boxes)).scores)
     run = run_or_boxes
     sequence = run.open_sequence() if sequence is None else sequence
     scores = dict(score_run(run, sequence, metrics, trajectory).scores)
     if run.segmentation is not None and trajectory == "online":
+        from trackmark.bench.metrics.regions import segmentation_scores  # loads OpenCV
+
         initialised = int(np.flatnonzero(np.isfinite(run.boxes[:, 0]))[0])
         scores |= segmentation_scores(run.segmentation, initialised)
     return scores
@@ -283,15 +284,13 @@ def score(
 def score_both(run: Run, sequence: str | GroundTruthLike) -> dict[str, float]:
     """Return the `native` scores of the online boxes and, if any, of the revised boxes.
 
-    Names of scores of revised boxes start with `REVISED`. Parameters and errors are those of
-    `score`.
+    Names of scores of revised boxes start with `REVISED`. The result is empty for a run that
+    `native` cannot score. Parameters and errors are those of `score`.
     """
+    if run.failure or run.states is not None or not can_score("native", run.identity.protocol):
+        return {}
     scores = score(run, sequence)
     if run.revised is None or run.times is not None:
         return scores
     revised = score(run, sequence, trajectory="revised")
     return scores | {REVISED + name: value for name, value in revised.items()}
-
-
-def _truth(sequence: str | Path | GroundTruthLike) -> GroundTruthLike:
-    return load_sequence(sequence) if isinstance(sequence, str | Path) else sequence

@@ -36,7 +36,7 @@ from trackmark.bench.exchange.result_format import (
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import IMPORTED, Identity
 from trackmark.bench.protocols import ONE_PASS, parse_protocol
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.bench.store.truth import StoredTruth, stored_truth

@@ -16,7 +16,7 @@ from typing import Any, Literal, TypeAlias
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 from trackmark.bench.store.truth import StoredTruth
 from trackmark.datasets import SequenceError, number_files
 from trackmark.datasets.decoding import quote

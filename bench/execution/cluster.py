@@ -26,8 +26,8 @@ from trackmark.bench.execution.task import Limits, Task
 from trackmark.bench.experiments.tracker_spec import split_text
 from trackmark.bench.external import is_external
 from trackmark.bench.external.definition import with_absolute_path
-from trackmark.bench.machine_errors import MachineError
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.operating_system import MachineError
+from trackmark.bench.store.database import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.datasets.spec_string import format_text
 from trackmark.trackers.base.catalogue import in_file

@@ -7,9 +7,8 @@ from statistics import fmean
 
 import numpy as np
 
-from trackmark.bench.execution.scheduling import Tasks
-from trackmark.bench.store.database import open_database
-from trackmark.bench.store.keys import FILE_NAME, ResultsError
+from trackmark.bench.execution.plan import Tasks
+from trackmark.bench.store.database import FILE_NAME, ResultsError, open_database
 
 _MEASURED = """
     SELECT tracker, avg(seconds / max(frames, 1)), avg(reading_seconds) FROM run

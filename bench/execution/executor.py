@@ -13,9 +13,15 @@ import numpy as np
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run, drawing_note
-from trackmark.bench.execution.plan import OpenedSequences, Plan, RunStatus, make_plan
+from trackmark.bench.execution.plan import (
+    OpenedSequences,
+    Plan,
+    RunStatus,
+    Tasks,
+    make_plan,
+    missing_tasks,
+)
 from trackmark.bench.execution.pool import Pool
-from trackmark.bench.execution.scheduling import Tasks, missing_tasks
 from trackmark.bench.execution.task import Limits, Task, UnusableTrackerError
 from trackmark.bench.experiments.experiment import (
     Experiment,
@@ -23,7 +29,7 @@ from trackmark.bench.experiments.experiment import (
     SequenceSpec,
     read_experiment,
 )
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs, list_runs
 from trackmark.bench.store.truth import StoredTruth, stored_truth
@@ -103,8 +109,8 @@ class Execution:
     execution.
     """
 
-    experiment: Experiment  # this field and the next five are parameters of `run_experiment`
-    output: Path
+    experiment: Experiment  # this field and the next six are parameters of `run_experiment`
+    results_root: Path  # `output` there
     jobs: int | None = None
     retry_failed: bool = False
     backend: str = "local"
@@ -125,7 +131,7 @@ class Execution:
             raise ExperimentError(
                 "--address is only valid with --backend dask. Omit it, or add --backend dask."
             )
-        self.folder = self.output / self.experiment.name
+        self.folder = self.results_root / self.experiment.name
         self._run_store = RunStore(self.folder)
         self.plan: Plan = make_plan(
             self.experiment,
@@ -230,25 +236,24 @@ class Execution:
 
     def _report_drawing(self, rows: list[dict[str, Any]], reported: set[str]) -> None:
         """Log which deterministic trackers of the plan drew from global generators, once each."""
-        declared = {
-            spec.label
-            for spec in self.plan.trackers.values()
-            if spec.randomness is not Randomness.NONE
-        }
         for row in rows:
-            if row["generators"] and row["tracker"] not in declared | reported:
+            if not row["generators"] or row["tracker"] in reported:
+                continue
+            specs = {spec.label: spec for spec in self.plan.trackers.values()}
+            if specs[row["tracker"]].randomness is Randomness.NONE:
                 reported.add(row["tracker"])
                 note = drawing_note(row["tracker"], row["generators"])
                 logging.getLogger("trackmark").warning(note)
 
     def raise_errors(self) -> None:
         """Raise one error if trackers could not be created, or if sequences could not be read."""
+        if not (self.errors or self.tracker_errors):
+            return
         unusable = UnusableSequencesError(self.errors, len(self.plan.sequences))
-        if self.tracker_errors:
-            lines = [*self.tracker_errors, *([str(unusable)] if self.errors else [])]
-            raise TrackerError("\n".join(lines))
-        if self.errors:
+        if not self.tracker_errors:
             raise unusable
+        lines = [*self.tracker_errors, *([str(unusable)] if self.errors else [])]
+        raise TrackerError("\n".join(lines))
 
     def _store(self, task: Task, runs: list[Run]) -> list[dict[str, Any]]:
         """Store and score the runs of a task; return their rows."""
@@ -263,14 +268,15 @@ class Execution:
                 "Run the same command again."
             )
         origin = {"source": source.spec, "truth": str(source.truth or "")}
-        complete = [replace(run, metadata={**run.metadata, **origin}) for run in runs]
-        replaced = [run.replaces for run in task.runs]
+        complete = []
+        for run, planned in zip(runs, task.runs, strict=True):
+            complete.append((replace(run, metadata={**run.metadata, **origin}), planned.replaces))
         # The ground truth is written with every task: another process can have removed it. A run
         # that another process has stored in the meantime is kept.
-        added = self._run_store.add_all(zip(complete, replaced, strict=True), [self._truths[key]])
+        added = self._run_store.add_all(complete, [self._truths[key]])
         rows = [row for row in added if row is not None]
-        kept_keys = {run_key(run.identity) for run in complete} - {run_key(row) for row in rows}
-        if kept_keys:  # stored by another process
+        if len(rows) < len(added):  # stored by another process
+            kept_keys = {run_key(run.identity) for run in runs} - {run_key(row) for row in rows}
             all_rows = Runs.open(self.folder).stored_rows
             rows += [row for row in all_rows if run_key(row) in kept_keys]
         return rows

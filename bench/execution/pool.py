@@ -21,11 +21,17 @@ from typing import Any, TypeAlias, TypeVar
 
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.execution.task import OPENING_SECONDS, Limits, RepeatError, Task
-from trackmark.bench.machine_errors import MachineError, temporary_file
 from trackmark.bench.numba_compilation import log_compilation
-from trackmark.bench.operating_system import ProcessTree, machine_memory
-from trackmark.bench.store.keys import ResultsError
-from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, remove_abandoned
+from trackmark.bench.operating_system import (
+    FRAME_FOLDER,
+    FRAME_PREFIX,
+    MachineError,
+    ProcessTree,
+    machine_memory,
+    remove_abandoned,
+    temporary_file,
+)
+from trackmark.bench.store.database import ResultsError
 from trackmark.datasets import SequenceError
 
 T = TypeVar("T")

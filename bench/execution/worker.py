@@ -39,9 +39,13 @@ from trackmark.bench.experiments.tracker_spec import (
     run_identity,
 )
 from trackmark.bench.external.process import ExternalTrackerError
-from trackmark.bench.machine_errors import MachineError, machine_fault
 from trackmark.bench.numba_compilation import prepare_numba
-from trackmark.bench.operating_system import end_with_parent, limit_memory
+from trackmark.bench.operating_system import (
+    MachineError,
+    end_with_parent,
+    limit_memory,
+    machine_fault,
+)
 from trackmark.bench.protocols import TIMING
 from trackmark.datasets import Sequence, SequenceError
 from trackmark.trackers import TrackerError

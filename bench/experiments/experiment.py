@@ -190,9 +190,8 @@ def default_name(
 
 def _tracker_name(spec: str) -> str:
     """Return the name that a specification gives, or the specification without interpreter."""
-    parts = spec.split(":")
-    names = [part.removeprefix("as=") for part in parts if part.startswith("as=")]
-    return names[0] if names else ":".join(p for p in parts if not p.startswith("python="))
+    named = re.search(r":as=([^:]*)", spec)
+    return named[1] if named else re.sub(r":python=[^:]*", "", spec)
 
 
 def _short_name(specs: Sequence[str]) -> str:

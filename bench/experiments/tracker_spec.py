@@ -7,6 +7,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, TypeAlias, cast
 
 import numpy as np
@@ -64,8 +65,9 @@ class Identity:
     @cached_property
     def version(self) -> str:
         """Digest of all fields except the repetition; runs of equal version can be averaged."""
-        names = [entry.name for entry in fields(self) if entry.name != "repetition"]
-        return _digest({name: getattr(self, name) for name in names})
+        values = {entry.name: getattr(self, entry.name) for entry in fields(self)}
+        del values["repetition"]
+        return _digest(values)
 
     @cached_property
     def tracker_version(self) -> str:
@@ -73,8 +75,10 @@ class Identity:
 
         The files of imported results do not count: each sequence has its own.
         """
-        version = {key: value for key, value in self.tracker_code.items() if key != "files"}
-        return _digest(version if self.imported else self.tracker_code)
+        version = dict(self.tracker_code)
+        if self.imported:
+            version.pop("files", None)
+        return _digest(version)
 
 
 def _digest(determining: Mapping[str, Any]) -> str:
@@ -166,8 +170,22 @@ def parse_tracker(tracker: str | TrackerFactory) -> TrackerSpec:
     Raises `TrackerError` for an unknown name, preset or parameter, or a malformed text. Raises
     `TypeError` for a tracker object, because its seed is unknown.
     """
-    if isinstance(tracker, str):
-        return _from_text(tracker)
+    if not isinstance(tracker, str):
+        return _from_callable(tracker)
+    name, options = split_text(tracker)
+    # The initialisation is a choice of the harness, not a parameter of the tracker.
+    init = options.pop("init", BOXES)
+    if is_external(name, options) or is_outside(name):
+        return _from_outside(name, options, init)
+    specification = trackers.resolve(name, **options)
+    version = tracker_version(name, specification.file)
+    values = specification.parameters.model_dump()
+    spec = _make_spec(specification, values, init, make=specification.create, version=version)
+    uses_process = specification.randomness is Randomness.PROCESS
+    return spec.isolated(FRAME_SECONDS) if uses_process else spec
+
+
+def _from_callable(tracker: TrackerFactory) -> TrackerSpec:
     if not callable(tracker):
         raise TypeError(
             f"{type(tracker).__name__} is a tracker object, whose seed is unknown. Use its name, "
@@ -213,19 +231,6 @@ def run_identity(
     )
 
 
-def _from_text(tracker: str) -> TrackerSpec:
-    name, options = split_text(tracker)
-    # The initialisation is a choice of the harness, not a parameter of the tracker.
-    init = options.pop("init", BOXES)
-    if is_external(name, options) or is_outside(name):
-        return _from_outside(name, options, init)
-    specification = trackers.resolve(name, **options)
-    version = tracker_version(name, specification.file)
-    spec = _from_specification(specification, init, version=version)
-    uses_process = specification.randomness is Randomness.PROCESS
-    return spec.isolated(FRAME_SECONDS) if uses_process else spec
-
-
 def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
     """Return a tracker that is not part of the package; its process is started once."""
     # A command loads the modules of processes only for a tracker that needs a process.
@@ -237,8 +242,13 @@ def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
         specification = open_external(name, options)
         plugin = cast(type[ExternalPlugin], specification.plugin)
         limits = plugin.external_options.start_limit, plugin.external_options.frame_limit
-        return _from_specification(
-            specification, init, call_seconds=max(limits), version=plugin.version
+        return _make_spec(
+            specification,
+            specification.parameters.model_dump(),
+            init,
+            make=specification.create,
+            call_seconds=max(limits),
+            version=plugin.version,
         )
     factory, fields = open_isolated(name, options)
     # A file that defines one tracker can omit the class from the name.
@@ -246,41 +256,26 @@ def _from_outside(name: str, options: dict[str, str], init: str) -> TrackerSpec:
     is_named = in_file(name) is None or fields["name"].endswith(f".py:{class_name}")
     file = Path(fields["file"])
     version = tracker_version(fields["name"], file, "" if is_named else class_name)
-    spec = _make_spec(**fields, init=init, make=factory, version=version)
+    selected = SimpleNamespace(**fields)
+    spec = _make_spec(selected, selected.parameters, init, make=factory, version=version)
     return spec.isolated(FRAME_SECONDS)
 
 
-def _from_specification(specification: Specification, init: str, **fields: Any) -> TrackerSpec:
-    return _make_spec(
-        specification.name,
-        specification.options,
-        specification.parameters.model_dump(),
-        specification.randomness,
-        specification.file,
-        init,
-        make=specification.create,
-        **fields,
-    )
-
-
 def _make_spec(
-    name: str,
-    options: Mapping[str, Any],
+    selected: Specification | SimpleNamespace,
     parameters: Mapping[str, Any],
-    randomness: str,
-    file: str | Path,
     init: str,
     **fields: Any,
 ) -> TrackerSpec:
-    """Return a tracker; `options` are the part of its label that differs from the defaults."""
+    """Return the tracker that a specification has selected, here or in another process."""
     init_option = {} if init == BOXES else {"init": init}
     return TrackerSpec(
-        label=format_text(name, {**options, **init_option}),
-        name=name,
-        preset=options.get("preset", TrackerPlugin.default_preset),
+        label=format_text(selected.name, {**selected.options, **init_option}),
+        name=selected.name,
+        preset=selected.options.get("preset", TrackerPlugin.default_preset),
         parameters=parameters,
-        randomness=Randomness(randomness),
-        file=Path(file),
+        randomness=Randomness(selected.randomness),
+        file=Path(selected.file),
         init=init,
         **fields,
     )

@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from trackmark import trackers
 from trackmark.bench.external.process import exception_text
 from trackmark.bench.external.worker import Operations, write_arrays
-from trackmark.bench.machine_errors import machine_fault
+from trackmark.bench.operating_system import machine_fault
 from trackmark.trackers import Estimate, TrackerError
 from trackmark.trackers.base import call_clock
 from trackmark.trackers.base.estimate_check import MalformedEstimateError

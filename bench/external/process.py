@@ -18,9 +18,7 @@ from queue import Empty, SimpleQueue
 from time import monotonic, sleep
 from typing import IO, NamedTuple
 
-from trackmark.bench.machine_errors import machine_fault
-from trackmark.bench.operating_system import ProcessTree
-from trackmark.bench.temporary_paths import TemporaryPath
+from trackmark.bench.operating_system import ProcessTree, TemporaryPath, machine_fault
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.estimate_check import MalformedEstimateError
 

@@ -23,7 +23,7 @@ import numpy as np
 from trackmark.bench.external import keep_process, take_process
 from trackmark.bench.external.plugin import ExternalOptions, ExternalPlugin, digest_file
 from trackmark.bench.external.process import ExternalTrackerError, LineProcess
-from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
+from trackmark.bench.operating_system import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
 from trackmark.datasets.number_files import form_problem
 from trackmark.trackers import Box, Estimate, Image, Mask, TrackerError
 from trackmark.trackers.base.call_clock import CallClock, CallTime

@@ -16,8 +16,14 @@ from numpy.typing import NDArray
 from trackmark.bench.external import keep_process
 from trackmark.bench.external.plugin import RemoteTracker
 from trackmark.bench.external.process import ExternalTrackerError, LineProcess, with_output
-from trackmark.bench.machine_errors import MachineError, machine_fault, no_room
-from trackmark.bench.temporary_paths import FRAME_FOLDER, FRAME_PREFIX, TemporaryPath
+from trackmark.bench.operating_system import (
+    FRAME_FOLDER,
+    FRAME_PREFIX,
+    MachineError,
+    TemporaryPath,
+    machine_fault,
+    no_room,
+)
 from trackmark.trackers import TrackerError
 from trackmark.trackers.base.call_clock import CallTime
 from trackmark.trackers.base.estimate_check import MalformedEstimateError

@@ -131,14 +131,6 @@ def heading(score: str) -> str:
     return " ".join(_ABBREVIATIONS.get(word, word) for word in score.split("_"))
 
 
-@dataclass(frozen=True)
-class AxisLabels:
-    """Labels of the axes of a curve."""
-
-    x: str
-    y: str
-
-
 ResultsBySequence: TypeAlias = Sequence[Sequence[MetricResult]]
 """Results of the runs on each sequence: one per repetition or anchor."""
 
@@ -170,7 +162,7 @@ class Metrics:
     metrics: Mapping[str, Metric]
     score: Callable[[GroundTruthLike, RunEstimates], MetricResult]
     combine: Callable[[ResultsBySequence], MetricResult] = mean_of_sequences
-    curves: Mapping[str, AxisLabels] = field(default_factory=dict)
+    curves: Mapping[str, tuple[str, str]] = field(default_factory=dict)  # labels of x and y axis
     run_kind: RunKind = "one-pass"
     agrees_with: str = ""  # toolkits that compute equal scores
     undefined: str = ""  # reason for NaN scores of a run, without full stop, for notes

@@ -12,7 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.trackers.base.call_clock import MAX_RUN_DELAY, run_delay_share
+MAX_RUN_DELAY = 0.1
+"""Run delay as a fraction of the wall time above which other load has disturbed a measurement."""
 
 TIME_FIELDS = (
     *("ms_per_frame", "fps", "ms_per_frame_median", "ms_per_frame_p95", "ms_first_update"),
@@ -32,6 +33,12 @@ MIN_DIFFERENCE = 1e-4
 
 Context switches of the process, and reading its counters, cause smaller differences.
 """
+
+
+def run_delay_share(seconds: float, run_delay: float) -> float:
+    """Return the run delay as a fraction of the wall time, which is the sum of both times."""
+    wall = seconds + run_delay
+    return run_delay / wall if wall else 0.0
 
 
 @dataclass(frozen=True)

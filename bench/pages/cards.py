@@ -14,12 +14,10 @@ from markupsafe import Markup
 from trackmark.bench.analysis.comparison import (
     Comparison,
     Pair,
-    Standing,
     means_of_subset,
     subsets_of,
 )
-from trackmark.bench.analysis.run_summary import ranked_trackers
-from trackmark.bench.analysis.score_tables import means_by_tracker
+from trackmark.bench.analysis.score_tables import means_by_tracker, ranked_trackers
 from trackmark.bench.analysis.times import TIME, fps_text, time_text
 from trackmark.bench.pages.content import PageTable, PlayerRun, PlayerSequence, player_link
 from trackmark.bench.pages.page import card
@@ -102,7 +100,7 @@ def _among_published(
     """Return the first and the folded rows of a leaderboard with published trackers, by rank."""
     row_of = {row["label"]: row for row in rows}
     ranked: list[dict[str, Any]] = []
-    for rank, standing in enumerate(ranked_standings(ranking), 1):
+    for rank, standing in enumerate(ranking.ranked, 1):
         low, high = standing.interval or (np.nan, np.nan)
         row = row_of.pop(standing.tracker, None) or {
             "tracker": None,
@@ -121,11 +119,6 @@ def _among_published(
         *[row for row in ranked if row["tracker"] is not None][MAX_ROWS:],
     ]
     return [row for row in ranked if row not in folded], folded
-
-
-def ranked_standings(comparison: Comparison) -> list[Standing]:
-    """Return the trackers of a comparison, the best mean first."""
-    return sorted(comparison.standings, key=lambda standing: -comparison.sign * standing.mean)
 
 
 def poster(sequence: PlayerSequence) -> bytes:
@@ -198,7 +191,7 @@ def worst_frames(runs: PageRuns) -> Markup | None:
 def published_ranking(comparison: Comparison, runs: PageRuns, source: str) -> Markup:
     """Return the trackers of an experiment and published ones, the best mean first."""
     rows = []
-    for standing in ranked_standings(comparison):
+    for standing in comparison.ranked:
         name, is_published = standing.tracker, standing.tracker in comparison.published
         rows.append(
             {
@@ -441,7 +434,7 @@ def _published_scores(ranking: Comparison, sequence: str) -> str:
     if index is None:
         return ""
     scores = pd.Series({name: ranking.scores[name][index].mean() for name in ranking.published})
-    ranked = scores.sort_values(ascending=ranking.sign < 0, kind="stable")
+    ranked = scores.sort_values(ascending=ranking.measure.sign < 0, kind="stable")
     listed = ", ".join(f"{name} {value:.2f}" for name, value in ranked.items())
     return f"Published: {listed.replace(_PUBLISHED, '')}."
 

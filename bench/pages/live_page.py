@@ -7,12 +7,12 @@ from pathlib import Path
 from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.plan import RunStatus
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
+from trackmark.bench.operating_system import temporary_folder
 from trackmark.bench.pages.content import Page, PageSection, player_link
 from trackmark.bench.pages.page import write_page
 from trackmark.bench.pages.page_frames import Progress, with_frames
 from trackmark.bench.pages.player_runs import PageRuns, collect_runs
 from trackmark.bench.store.runs import Runs
-from trackmark.bench.temporary_paths import temporary_folder
 
 _MAX_HEIGHT = 480  # height of frames [px]; large, as the page has one sequence only
 

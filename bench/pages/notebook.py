@@ -7,11 +7,11 @@ from math import inf
 from pathlib import Path
 
 from trackmark import datasets
+from trackmark.bench.operating_system import temporary_folder
 from trackmark.bench.output_files import write_file
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.store.keys import single_experiment
+from trackmark.bench.store.database import single_experiment
 from trackmark.bench.store.runs import Runs, complete_name
-from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.datasets import Sequence
 
 _PLAYER_HEIGHT = 780  # CSS pixels

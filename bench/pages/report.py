@@ -15,16 +15,21 @@ import pandas as pd
 from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
-from trackmark.bench.analysis.comparable_runs import (
+from trackmark.bench.analysis.comparison import Comparison, rank_among_published
+from trackmark.bench.analysis.decisions import Answer, answer_of
+from trackmark.bench.analysis.run_checks import (
     ComparisonError,
+    corner_boxes,
     same_boxes,
 )
-from trackmark.bench.analysis.comparison import Comparison, rank_among_published
-from trackmark.bench.analysis.corner_boxes import corner_boxes
-from trackmark.bench.analysis.decisions import Answer, answer_of
-from trackmark.bench.analysis.run_summary import answer_on, ranked_trackers
+from trackmark.bench.analysis.run_summary import answer_on
 from trackmark.bench.analysis.run_tables import not_repeatable, summary_of
-from trackmark.bench.analysis.score_tables import failed_runs, means_by_tracker, with_not_run
+from trackmark.bench.analysis.score_tables import (
+    failed_runs,
+    means_by_tracker,
+    ranked_trackers,
+    with_not_run,
+)
 from trackmark.bench.analysis.times import time_marks, time_notes, with_times
 from trackmark.bench.evaluation.run_record import Trajectory
 from trackmark.bench.pages.cards import (
@@ -133,12 +138,13 @@ class ReportPage:
         """Return the comparison of the trackers, if there is one, and the answer."""
         if self.summary is None:
             return None, Answer("", ("There is no comparison: there are no one-pass runs.",))
-        runs = self.stored_runs
+        runs, overlaps = self.stored_runs, means_by_tracker(self.summary, "mean_overlap")
         try:
             sentences, comparison = answer_on(
                 runs.scored(self.metrics, ONE_PASS),
                 runs.timed,
-                self.summary,
+                overlaps["mean"],
+                overlaps["lacking"],
                 attributes=runs.attributes,
                 same_boxes=same_boxes(runs),
                 not_repeatable=not_repeatable(runs.table),

@@ -75,7 +75,7 @@ def metric_curves(
             for position, tracker in enumerate(trackers)
             if tracker in scored.curves[name]
         ]
-        chart = Chart("", axes.x, axes.y, lines, "", top=1.0)
+        chart = Chart("", *axes, lines, "", top=1.0)
         title = f"{scored.title}: {heading(name)}, metrics {scored.metrics}"
         file = f"{scored.table.name}-{name.replace('_', '-')}"
         figures[file] = chart_plot(chart, title, trackers)

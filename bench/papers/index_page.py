@@ -13,7 +13,7 @@ from trackmark.bench.papers import SETTING_LABELS, ReproductionOptions, paper_na
 from trackmark.bench.papers.html_page import TONES
 from trackmark.bench.papers.paper import read_paper
 from trackmark.bench.papers.verdicts import VERDICTS
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 
 
 def write_front_page(results_root: Path) -> Path:

@@ -15,7 +15,7 @@ from trackmark.bench.papers.claims import Claim
 from trackmark.bench.papers.measures import Measure
 from trackmark.bench.papers.paper import MainRow
 from trackmark.bench.papers.runs import Context
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.reports.charts import PlayerPosition
 
 # kind of the worst frame, by unit of the measure; otherwise the frame with the largest error

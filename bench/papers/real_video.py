@@ -11,9 +11,9 @@ import json
 import pandas as pd
 
 from trackmark import datasets
-from trackmark.bench.analysis.comparable_runs import compared_measure
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.published_sets import SETS
+from trackmark.bench.analysis.run_checks import compared_measure
 from trackmark.bench.experiments.tracker_spec import GOLDEN, parse_tracker
 from trackmark.bench.papers import FOLDER
 from trackmark.bench.papers.paper import Paper

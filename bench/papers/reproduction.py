@@ -15,7 +15,7 @@ from trackmark.bench.papers.paper import Paper
 from trackmark.bench.papers.runs import Context, PaperRuns
 from trackmark.bench.papers.sections import Section, details_sections, page_sections
 from trackmark.bench.papers.verdicts import VerdictRow
-from trackmark.bench.store.keys import RunKey
+from trackmark.bench.store.database import RunKey
 from trackmark.reports.tables import Table
 
 

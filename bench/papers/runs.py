@@ -20,7 +20,7 @@ from trackmark.bench.papers import ReproductionOptions
 from trackmark.bench.papers.cases import Case, PaperSequence, PaperTracker
 from trackmark.bench.papers.measures import FrameRules, Measure, MeasuredRun
 from trackmark.bench.papers.paper import Paper
-from trackmark.bench.store.keys import ResultsError, RunKey, run_key
+from trackmark.bench.store.database import ResultsError, RunKey, run_key
 from trackmark.bench.store.runs import Runs, RunWithTruth
 
 

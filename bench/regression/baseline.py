@@ -23,7 +23,7 @@ from trackmark.bench.experiments.experiment import SequenceSpec, check_folder_na
 from trackmark.bench.output_files import write_file
 from trackmark.bench.statistics.accuracy_drop import MAX_REPETITIONS
 from trackmark.bench.statistics.rules import MIN_UNITS
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 from trackmark.bench.store.runs import Runs, RunWithTruth
 from trackmark.datasets.source_digest import library_version
 

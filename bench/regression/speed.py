@@ -20,6 +20,7 @@ from trackmark.bench.evaluation.timed_clips import Clip, Setup
 from trackmark.bench.experiments.experiment import SequenceSpec
 from trackmark.bench.experiments.tracker_spec import BOXES, split_text
 from trackmark.bench.external import is_external
+from trackmark.bench.operating_system import temporary_folder
 from trackmark.bench.regression.baseline import Baseline, BaselineError
 from trackmark.bench.statistics.speed import (
     MIN_SESSIONS,
@@ -30,7 +31,6 @@ from trackmark.bench.statistics.speed import (
     missing_sessions,
     ratio_sample,
 )
-from trackmark.bench.temporary_paths import temporary_folder
 from trackmark.reports.tables import MISSING, Cell, Table
 from trackmark.trackers.base.catalogue import in_file, is_outside, run_seed
 

@@ -1,4 +1,7 @@
-"""The SQLite file of an experiment: schema, connections, packed arrays, and one digest per row.
+"""The SQLite file of an experiment: folders, keys, schema, packed arrays, one digest per row.
+
+The file `runs.db` in the folder of an experiment holds requested and stored runs, ground truths and
+scores. Reports and other files of commands lie in the same folder; the store reads none of them.
 
 Each row has a SHA-256 digest of its other columns. The row of a run holds everything that belongs
 to the run, also its arrays, so that readers notice each change of a run. A row that does not match
@@ -15,13 +18,76 @@ from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import closing, contextmanager
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeAlias
 from urllib.parse import quote
 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.store.keys import FILE_NAME, DamagedError, ResultsError
+
+class ResultsError(ValueError):
+    """Error in reading or writing results; the message names the folder or file."""
+
+
+class DamagedError(ResultsError):
+    """Error for content that is not what was written, or is missing; the message names the file."""
+
+
+FILE_NAME = "runs.db"
+"""Name of the file that holds the results of an experiment."""
+
+RunKey: TypeAlias = tuple[str, str, int, str]
+"""Key of a run: tracker (label), sequence, repetition, protocol."""
+
+RUN_KEY_COLUMNS = ("tracker", "sequence", "repetition", "protocol")
+"""Names of the fields of a `RunKey` in rows and data frames."""
+
+
+def run_key(row: Any) -> RunKey:
+    """Return the key of a run from its row, or from its `Identity`."""
+    fields = row if hasattr(row, "keys") else vars(row)  # `sqlite3.Row` is not a `Mapping`
+    return fields["tracker"], fields["sequence"], int(fields["repetition"]), fields["protocol"]
+
+
+def refuse_empty_file(folder: Path) -> None:
+    """Raise `DamagedError` for a results file of zero bytes, which trackmark never leaves."""
+    file = folder / FILE_NAME
+    if file.is_file() and not file.stat().st_size:
+        raise DamagedError(
+            f"{file} is damaged: it has 0 bytes. Restore the file from a backup, or remove it and "
+            "run the same command again."
+        )
+
+
+def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
+    """Return the experiments' folders: the folder itself, and its subfolders with results.
+
+    `damaged`: also return folders with an empty file.
+
+    Raises `ResultsError` if there are none, or if one has an empty file.
+    """
+    candidates = [folder, *sorted(folder.glob("*/"))] if folder.is_dir() else []
+    folders = [path for path in candidates if (path / FILE_NAME).is_file()]
+    for path in folders if not damaged else ():
+        refuse_empty_file(path)
+    if not folders:
+        raise ResultsError(
+            f"{folder}: this folder contains no results. Create results by `trackmark run`."
+        )
+    return folders
+
+
+def single_experiment(folder: Path) -> Path:
+    """Return the folder of the only experiment in a folder, which may be the folder itself.
+
+    Raises `ResultsError` if there is none, or if there are several.
+    """
+    experiments = experiment_folders(folder)
+    if len(experiments) > 1:
+        names = ", ".join(map(str, experiments))
+        raise ResultsError(f"{folder} contains several experiments. Choose one of {names}.")
+    return experiments[0]
+
 
 APPLICATION_ID = 0x74726D6B
 """SQLite application id of trackmark's files: "trmk" in ASCII."""

@@ -4,12 +4,12 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from trackmark.bench.store.database import open_database
-from trackmark.bench.store.keys import (
+from trackmark.bench.store.database import (
     FILE_NAME,
     DamagedError,
     RunKey,
     experiment_folders,
+    open_database,
     refuse_empty_file,
     run_key,
 )

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import can_score, score_both
+from trackmark.bench.evaluation.scoring import score_both
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.metrics.times import TIME_FIELDS
 from trackmark.bench.store.truth import StoredTruth
@@ -72,14 +72,7 @@ def run_row(run: Run, truth: StoredTruth | None) -> dict[str, Any]:
     repetition, n_frames = run.identity.repetition, len(run.boxes)
     fields = identity_fields(run.identity)
     row = row_of(fields, run.metadata, repetition, run.status, run.failure, n_frames)
-    return row if truth is None else {**row, "scores": scores_of(run, truth)}
-
-
-def scores_of(run: Run, truth: StoredTruth) -> dict[str, float]:
-    """Return the scores by the metrics `native`; empty if it cannot score the run."""
-    if run.failure or run.states is not None or not can_score("native", run.identity.protocol):
-        return {}
-    return score_both(run, truth)
+    return row if truth is None else {**row, "scores": score_both(run, truth)}
 
 
 @cache

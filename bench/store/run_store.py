@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Collection, Iterable, Mapping
-from dataclasses import asdict, replace
+from dataclasses import asdict
 from math import isfinite
 from pathlib import Path
 from sqlite3 import Row
@@ -13,24 +13,21 @@ from numpy.typing import NDArray
 
 from trackmark.bench.evaluation.run_record import Run, with_metadata
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.metrics.regions import Segmentation
 from trackmark.bench.metrics.times import Times
 from trackmark.bench.protocols import TIMING
 from trackmark.bench.store.database import (
-    Database,
-    open_database,
-    pack,
-    select_group,
-    unpack,
-    warn_of_damage,
-)
-from trackmark.bench.store.keys import (
     FILE_NAME,
     RUN_KEY_COLUMNS,
     DamagedError,
+    Database,
     ResultsError,
     RunKey,
+    open_database,
+    pack,
     run_key,
+    select_group,
+    unpack,
+    warn_of_damage,
 )
 from trackmark.bench.store.run_rows import run_row, scorer_version
 from trackmark.bench.store.truth import StoredTruth, put_truth
@@ -131,7 +128,7 @@ class RunStore:
         truth_of = {(truth.name, truth.fingerprint): truth for truth in truths}
         encoded = []
         for run, replaced_version in runs:  # encoded and scored before the file is locked
-            storable = _storable(run)
+            storable = with_metadata(run)
             truth = truth_of.get((run.identity.sequence, run.identity.fingerprint))
             encoded.append((_columns_of(storable), replaced_version, run_row(storable, truth)))
         with open_database(self.folder, for_writing=True) as database:
@@ -179,18 +176,10 @@ def sort_key(key: RunKey) -> tuple[str, str, str, int]:
     return tracker, protocol, sequence, repetition
 
 
-def _storable(run: Run) -> Run:
-    """Return a run with date and machine, and without surrogates, which UTF-8 cannot encode."""
-    failure, output = (
-        printed.encode("utf-8", "backslashreplace").decode("utf-8")
-        for printed in (run.failure, run.tracker_output)
-    )
-    return replace(with_metadata(run), failure=failure, tracker_output=output)
-
-
 def _columns_of(run: Run) -> dict[str, Any]:
     """Return the columns of the table `run` in their order, but for the id and the digest."""
-    identity = {key: value for key, value in asdict(run.identity).items() if key != "repetition"}
+    identity = asdict(run.identity)
+    del identity["repetition"]
     return {
         **dict(zip(RUN_KEY_COLUMNS, run_key(run.identity), strict=True)),
         "version": run.identity.version,
@@ -277,7 +266,12 @@ def identity_of(row: Row) -> Identity:
 def decoded_run(row: Row) -> Run:
     """Return the run in a row of the table `run`."""
     columns = unpack(row["arrays"])
-    segmentation, times = select_group(columns, "segmentation"), select_group(columns, "times")
+    masks, times = select_group(columns, "segmentation"), select_group(columns, "times")
+    segmentation = None
+    if masks:
+        from trackmark.bench.metrics.regions import Segmentation  # loads OpenCV
+
+        segmentation = Segmentation(**masks)
     arrays: dict[int, dict[str, NDArray[Any]]] = {}
     for key, array in select_group(columns, "requested").items():
         frame, _, name = key.partition("/")
@@ -291,7 +285,7 @@ def decoded_run(row: Row) -> Run:
         failure=row["failure"],
         revised=columns["revised"].T if "revised" in columns else None,
         arrays=arrays,
-        segmentation=Segmentation(**segmentation) if segmentation else None,
+        segmentation=segmentation,
         times=Times(**times) if times else None,
         states=columns.get("states"),
         estimate_frames=columns.get("estimate_frame"),

@@ -13,19 +13,20 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Self, TypeAlias
 
 from trackmark import datasets
 from trackmark.bench.evaluation.run_record import Run
-from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of
+from trackmark.bench.evaluation.scoring import MetricOutcome, outcome_of, score_both
 from trackmark.bench.metrics import find_metrics
 from trackmark.bench.metrics.interface import MetricResult
 from trackmark.bench.protocols import ONE_PASS, TIMING
-from trackmark.bench.store.database import open_database, warn_of_damage
-from trackmark.bench.store.keys import (
+from trackmark.bench.store.database import (
     FILE_NAME,
     RUN_KEY_COLUMNS,
     DamagedError,
     ResultsError,
     RunKey,
+    open_database,
     refuse_empty_file,
     run_key,
+    warn_of_damage,
 )
 from trackmark.bench.store.run_rows import (
     NUMBER_FIELDS,
@@ -34,7 +35,6 @@ from trackmark.bench.store.run_rows import (
     row_of,
     run_row,
     scorer_version,
-    scores_of,
 )
 from trackmark.bench.store.run_store import (
     RUN_KEY,
@@ -195,7 +195,7 @@ class Runs(Mapping[RunName, Run]):
             batch = unscored[begin : begin + _BATCH]
             for done, row in enumerate(batch, begin + 1):
                 try:
-                    row["scores"] = scores_of(self.run(run_key(row)), self._truth(_truth_key(row)))
+                    row["scores"] = score_both(self.run(run_key(row)), self._truth(_truth_key(row)))
                 except DamagedError as error:
                     warn_of_damage(str(error))
                 progress(done, len(unscored))
@@ -257,7 +257,7 @@ class Runs(Mapping[RunName, Run]):
     @cached_property
     def rows(self) -> list[dict[str, Any]]:
         """Rows of `table`; the key `scores` contains the scores."""
-        rows = _with_one_version(_with_missing(self.stored_rows, self.requested))
+        rows = _rows_in_order(self.stored_rows, self.requested)
         labels = self._trackers
         return rows if labels is None else [row for row in rows if row["tracker"] in labels]
 
@@ -476,62 +476,52 @@ def store_scores(folder: Path, rows: Iterable[Mapping[str, Any]]) -> None:
                 insert_scores(database, run_id, row)
 
 
-def _with_missing(
+def _rows_in_order(
     rows: Iterable[dict[str, Any]], requested: Mapping[RunKey, str]
 ) -> list[dict[str, Any]]:
     """Return rows of requested stored runs, of other stored runs, and of missing runs, in order.
 
     The status of a missing run is `missing`. The status of a stored run is `stale` if another
-    version is requested.
+    version is requested, or if another version of its tracker or sequence was stored later. If only
+    a part of the runs was repeated after an edit, scores of both versions must not be averaged.
     """
     row_of_key = {run_key(row): row for row in rows}
-    ordered, missing = [], []
-    for key, version in requested.items():
-        if row := row_of_key.pop(key, None):
-            ordered.append(row if row["version"] == version else {**row, "status": "stale"})
-        else:
-            fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
-            missing.append({**fields, "status": "missing", "failure": ""})
-    return [*ordered, *row_of_key.values(), *missing]
-
-
-def _with_one_version(rows: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Return rows in which each tracker and each sequence has runs of one version only.
-
-    The version of the run that was stored last counts. Runs of another version of their tracker or
-    sequence have the status `stale`: if only a part of the runs was repeated after an edit, scores
-    of both versions must not be averaged or compared.
-    """
-    by_date = sorted((row for row in rows if row["status"] != "missing"), key=itemgetter("date"))
-    trackers = {row["tracker"]: row["tracker_version"] for row in by_date}  # the last one remains
-    sequences = {row["sequence"]: row["fingerprint"] for row in by_date}
-    return [
-        row
-        if row["status"] == "missing"
-        or (trackers[row["tracker"]], sequences[row["sequence"]])
-        == (row["tracker_version"], row["fingerprint"])
-        else {**row, "status": "stale"}
-        for row in rows
-    ]
+    missing = [key for key in requested if key not in row_of_key]
+    keys = [key for key in dict.fromkeys([*requested, *row_of_key]) if key in row_of_key]
+    trackers, sequences = dict[str, str](), dict[str, str]()
+    for row in sorted((row_of_key[key] for key in keys), key=itemgetter("date")):
+        trackers[row["tracker"]] = row["tracker_version"]  # the last one remains
+        sequences[row["sequence"]] = row["fingerprint"]
+    ordered: list[dict[str, Any]] = []
+    for key in keys:
+        row = row_of_key[key]
+        versions = row["version"], row["tracker_version"], row["fingerprint"]
+        current = requested.get(key, row["version"]), trackers[key[0]], sequences[key[1]]
+        ordered.append(row if versions == current else {**row, "status": "stale"})
+    for key in missing:
+        fields = dict(zip(RUN_KEY_COLUMNS, key, strict=True))
+        ordered.append({**fields, "status": "missing", "failure": ""})
+    return ordered
 
 
 def _data_frame(rows: list[dict[str, Any]]) -> "pd.DataFrame":
     """Convert rows to a data frame with scores as columns."""
     import pandas as pd
 
+    # No categories: pandas cannot reindex groups of more than 127 categories. Objects share equal
+    # texts; the type `str` copies them.
     columns: dict[str, Any] = {}
-    for name in TEXT_FIELDS:
-        # No categories: pandas cannot reindex groups of more than 127 categories. Objects share
-        # equal texts; the type `str` copies them.
+    for name in (*TEXT_FIELDS, *NUMBER_FIELDS):
         columns[name] = pd.Series([row.get(name) for row in rows], dtype=object)
-    for name in NUMBER_FIELDS:
-        columns[name] = pd.Series([row.get(name) for row in rows], dtype="float64")
-    for name in dict.fromkeys(name for row in rows for name in row.get("scores", ())):
-        scores = [row.get("scores", {}).get(name) for row in rows]
-        columns[name] = pd.Series(scores, dtype="float64")
-    types = {"repetition": "int32"}
-    if all(row["status"] != "missing" for row in rows):
+    types = dict.fromkeys(NUMBER_FIELDS, "float64") | {"repetition": "int32"}
+    if not (columns["status"] == "missing").any():
         types["frames"] = "int32"
+    scores = dict[str, None]()
+    for row in rows:
+        scores |= dict.fromkeys(row.get("scores", ()))
+    for name in scores:
+        values = [row.get("scores", {}).get(name) for row in rows]
+        columns[name] = pd.Series(values, dtype="float64")
     return pd.DataFrame(columns).astype(types)
 
 

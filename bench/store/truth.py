@@ -4,21 +4,24 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from sqlite3 import Row
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.store.database import (
+    DamagedError,
     Database,
+    ResultsError,
     open_database,
     pack,
     select_group,
     unpack,
 )
-from trackmark.bench.store.keys import DamagedError, ResultsError
 from trackmark.datasets import Sequence, SequenceError
-from trackmark.datasets.shapes import EncodedMask, Shapes
+
+if TYPE_CHECKING:
+    from trackmark.datasets.shapes import Shapes
 
 _KEY = "sequence = ? AND fingerprint = ?"
 
@@ -35,7 +38,7 @@ class StoredTruth:
     attributes: Mapping[str, NDArray[Any]]
     fps: float | None
     image_size: tuple[int, int] | None = None
-    shapes: Shapes | None = None
+    shapes: "Shapes | None" = None
     # (n,): see `Sequence`; shape () for all frames
     annotated: NDArray[np.bool_] = field(default_factory=lambda: np.array(True))
     # (n,): see `Sequence`; shape () for no frame
@@ -128,12 +131,6 @@ def truth_of_row(row: Row) -> StoredTruth:
     """Return the ground truth in a row of the table `truth`."""
     arrays = unpack(row["arrays"])
     size: Any = tuple(arrays["image_size"].tolist()) if "image_size" in arrays else None
-    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {
-        int(frame): polygon for frame, polygon in select_group(arrays, "polygon").items()
-    }
-    for frame, (x, y, width, height, *runs) in select_group(arrays, "mask").items():
-        bounds = (int(x), int(y), int(width), int(height))
-        shapes[int(frame)] = EncodedMask(*bounds, np.array(runs, np.int64))
     n = len(arrays["visibility"])
     return StoredTruth(
         row["sequence"],
@@ -144,8 +141,24 @@ def truth_of_row(row: Row) -> StoredTruth:
         attributes=select_group(arrays, "attribute"),
         fps=float(arrays["fps"]) if "fps" in arrays else None,
         image_size=size,
-        shapes=Shapes(shapes, range(n), size or (0, 0)) if shapes else None,
+        shapes=_shapes(arrays, n, size or (0, 0)),
         annotated=arrays.get("annotated", np.ones(n, np.bool_)),
         malformed=arrays.get("malformed", np.zeros(n, np.bool_)),
         first_pixel=int(arrays["first_pixel"]),
     )
+
+
+def _shapes(arrays: Mapping[str, NDArray[Any]], n: int, size: tuple[int, int]) -> "Shapes | None":
+    """Return the polygons and masks of n frames of this size; None if there are none."""
+    polygons, masks = select_group(arrays, "polygon"), select_group(arrays, "mask")
+    if not (polygons or masks):
+        return None
+    from trackmark.datasets.shapes import EncodedMask, Shapes
+
+    shapes: dict[int, NDArray[np.float64] | EncodedMask] = {}
+    for frame, polygon in polygons.items():
+        shapes[int(frame)] = polygon
+    for frame, (x, y, width, height, *runs) in masks.items():
+        bounds = (int(x), int(y), int(width), int(height))
+        shapes[int(frame)] = EncodedMask(*bounds, np.array(runs, np.int64))
+    return Shapes(shapes, range(n), size)

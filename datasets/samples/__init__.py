@@ -11,8 +11,13 @@ from typing import Any
 from trackmark.datasets import truth_file
 from trackmark.datasets.decoding import quote
 from trackmark.datasets.file_digest import file_digests
-from trackmark.datasets.interface import Sequence, SequenceError, SequenceSize
-from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
+from trackmark.datasets.interface import (
+    Sequence,
+    SequenceError,
+    SequenceMetadata,
+    SequenceSize,
+    sequence_metadata,
+)
 
 FOLDER = Path(__file__).parent
 CLIP = FOLDER / "carphone_pristine.mp4"

@@ -9,8 +9,7 @@ from functools import cache, lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
-from trackmark.datasets.interface import Sequence, SequenceSize
-from trackmark.datasets.metadata import SequenceMetadata, sequence_metadata
+from trackmark.datasets.interface import Sequence, SequenceMetadata, SequenceSize, sequence_metadata
 from trackmark.datasets.source_digest import tree_digest
 from trackmark.datasets.synthetic.parameters import SequenceParameters
 from trackmark.datasets.versioning import find_version

@@ -22,7 +22,7 @@ from trackmark.bench.execution import worker
 from trackmark.bench.execution.executor import run_experiment
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import Identity
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.truth import StoredTruth
 

@@ -24,7 +24,7 @@ from trackmark.bench.api import evaluation
 from trackmark.bench.api.run_bar import RunBar
 from trackmark.bench.cli import main
 from trackmark.bench.evaluation.sequence_cache import MAX_OPEN, _opened
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 from trackmark.datasets import SequenceError
 from trackmark.trackers import TrackerError
 

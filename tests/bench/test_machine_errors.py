@@ -6,9 +6,9 @@ import tempfile
 
 import pytest
 
-from trackmark.bench import temporary_paths
+from trackmark.bench import operating_system
 from trackmark.bench.experiments.tracker_spec import resolve_specs
-from trackmark.bench.machine_errors import MachineError, machine_fault, temporary_file
+from trackmark.bench.operating_system import MachineError, machine_fault, temporary_file
 from trackmark.datasets.decoding import SequenceError, decoding
 
 
@@ -49,7 +49,7 @@ def test_full_disk_is_no_failure_of_a_tracker_file(tmp_path, monkeypatch):
     def refuse(*_):
         raise OSError(errno.ENOSPC, "No space left on device")
 
-    monkeypatch.setattr(temporary_paths.tempfile, "mkstemp", refuse)
+    monkeypatch.setattr(operating_system.tempfile, "mkstemp", refuse)
     with pytest.raises(MachineError, match=r"No space left on device\. Free some space"):
         resolve_specs([str(tmp_path / "mine.py")])
 

@@ -7,12 +7,12 @@ import sys
 import pytest
 
 from tests.bench.external.conftest import HOME
-from trackmark.bench.temporary_paths import TemporaryPath, temporary_folder
+from trackmark.bench.operating_system import TemporaryPath, temporary_folder
 
 CODE = """
 import os, sys
 sys.path.insert(0, {home!r})
-from trackmark.bench.temporary_paths import TemporaryPath
+from trackmark.bench.operating_system import TemporaryPath
 owned = [TemporaryPath({folder!r}, suffix=".bmp", is_file=is_file) for is_file in (True, False)]
 (owned[1].path / "content").write_text("x")
 print("ready", flush=True)

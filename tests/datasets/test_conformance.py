@@ -13,7 +13,7 @@ from trackmark import datasets
 from trackmark.datasets import SequenceError
 from trackmark.datasets.catalogue import SUITES as SUITE_PATHS
 from trackmark.datasets.catalogue import suites
-from trackmark.datasets.metadata import sequence_metadata
+from trackmark.datasets.interface import sequence_metadata
 from trackmark.datasets.spec_string import parse_text
 from trackmark.datasets.synthetic.suite import FOLDER, SyntheticSuite
 from trackmark.datasets.versioning import VersionEntry, find_version, read_versions

@@ -14,7 +14,6 @@ from trackmark.trackers.base import call_clock
 from trackmark.trackers.base.call_clock import (
     CallClock,
     device_name,
-    run_delay_share,
     synchronise,
 )
 
@@ -101,11 +100,6 @@ def test_clock_without_run_delay_is_wall_time(monkeypatch):
     times = timed(lambda: time.sleep(0.01))
     assert times.seconds >= 0.01
     assert times.run_delay == 0
-
-
-@pytest.mark.parametrize(("seconds", "delay", "share"), [(3, 1, 0.25), (0, 0, 0), (0, 2, 1)])
-def test_run_delay_share_is_a_fraction_of_wall_time(seconds, delay, share):
-    assert run_delay_share(seconds, delay) == share
 
 
 class Waits:

@@ -28,9 +28,6 @@ _UNINTERRUPTED = 5e-5  # longest time in which both clocks are read without an i
 _MAX_READINGS = 10
 _VALID_TIME = 1e-3  # longest use of the counters that were read last [s]
 
-MAX_RUN_DELAY = 0.1
-"""Run delay as a fraction of the wall time above which other load has disturbed a measurement."""
-
 
 class CallTime(NamedTuple):
     """Times of one call [s]."""
@@ -39,12 +36,6 @@ class CallTime(NamedTuple):
     run_delay: float
     cpu: float  # CPU time of all threads of the process
     children: float  # CPU time of child processes that ended during the call
-
-
-def run_delay_share(seconds: float, run_delay: float) -> float:
-    """Return the run delay as a fraction of the wall time, which is the sum of both times."""
-    wall = seconds + run_delay
-    return run_delay / wall if wall else 0.0
 
 
 class CallClock:

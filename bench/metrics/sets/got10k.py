@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from trackmark.bench.metrics.boxes import is_well_formed, overlap
 from trackmark.bench.metrics.curves import share_curve
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -71,7 +70,7 @@ METRICS = Metrics(
     },
     score=score_run,
     combine=combine,
-    curves={"success": AxisLabels("overlap threshold", "share of frames")},
+    curves={"success": ("overlap threshold", "share of frames")},
     agrees_with="got10k's ExperimentGOT10k",
     undefined="no frame after the first shows the target (absent, or labels of 0 in cover.label)",
 )

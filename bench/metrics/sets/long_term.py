@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -110,8 +109,8 @@ METRICS = Metrics(
     score=score_run,
     combine=combine,
     curves={
-        "precision_recall": AxisLabels("recall", "precision"),
-        "f": AxisLabels("share of the thresholds", "F"),
+        "precision_recall": ("recall", "precision"),
+        "f": ("share of the thresholds", "F"),
     },
     agrees_with="vot-toolkit 0.7.1",
 )

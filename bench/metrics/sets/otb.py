@@ -13,7 +13,6 @@ import numpy as np
 from trackmark.bench.metrics.boxes import centre_error, overlap
 from trackmark.bench.metrics.curves import DISTANCES, OVERLAPS, share_curve
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -58,8 +57,8 @@ METRICS = Metrics(
     },
     score=score_run,
     curves={
-        "success": AxisLabels("overlap threshold", "share of frames"),
-        "precision": AxisLabels("centre distance [px]", "share of frames"),
+        "success": ("overlap threshold", "share of frames"),
+        "precision": ("centre distance [px]", "share of frames"),
     },
     agrees_with="the OTB toolkits (MATLAB, jwlim/tracker_benchmark) and got10k's ExperimentOTB",
     aliases=("otb100-auc",),

@@ -17,7 +17,6 @@ from numpy.typing import NDArray
 from trackmark.bench.metrics.boxes import is_well_formed, overlap
 from trackmark.bench.metrics.curves import OVERLAPS, share_curve
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -70,9 +69,9 @@ METRICS = Metrics(
     },
     score=score_run,
     curves={
-        "success": AxisLabels("overlap threshold", "share of frames"),
-        "precision": AxisLabels("centre distance [px]", "share of frames"),
-        "normalised_precision": AxisLabels("centre distance [target sizes]", "share of frames"),
+        "success": ("overlap threshold", "share of frames"),
+        "precision": ("centre distance [px]", "share of frames"),
+        "normalised_precision": ("centre distance [target sizes]", "share of frames"),
     },
     agrees_with="the TrackingNet devkit (metrics.py), apart from its factor of 100",
 )

@@ -18,7 +18,6 @@ from numpy.typing import NDArray
 
 from trackmark.bench.metrics.boxes import is_well_formed
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     GroundTruthLike,
     Metric,
     MetricResult,
@@ -28,8 +27,8 @@ from trackmark.bench.metrics.interface import (
     select_evaluated,
     single_run_result,
 )
-from trackmark.bench.metrics.loss import first_streak
 from trackmark.bench.metrics.region_overlap import raster_overlap
+from trackmark.bench.metrics.sets.native import first_streak
 
 _FAILURE_FRAMES = 10
 _FAILURE_OVERLAP = 0.1
@@ -118,8 +117,8 @@ METRICS = Metrics(
     score=score_run,
     combine=combine,
     curves={
-        "eao": AxisLabels("frames", "expected average overlap"),
-        "accuracy_robustness": AxisLabels("robustness", "accuracy"),
+        "eao": ("frames", "expected average overlap"),
+        "accuracy_robustness": ("robustness", "accuracy"),
     },
     run_kind="anchors",
     agrees_with="vot-toolkit 0.7.1 on data with runs of 755 frames or more",

@@ -18,7 +18,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from trackmark.bench.metrics.interface import (
-    AxisLabels,
     FrameState,
     GroundTruthLike,
     Metric,
@@ -187,8 +186,8 @@ METRICS = Metrics(
     score=score_run,
     combine=combine,
     curves={
-        "eao": AxisLabels("frames", "expected average overlap"),
-        "accuracy_robustness": AxisLabels("robustness", "accuracy"),
+        "eao": ("frames", "expected average overlap"),
+        "accuracy_robustness": ("robustness", "accuracy"),
     },
     run_kind="supervised",
     agrees_with="vot-toolkit 0.7.1",

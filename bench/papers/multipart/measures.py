@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from trackmark.bench.metrics import loss
 from trackmark.bench.metrics.boxes import centre_inside
-from trackmark.bench.metrics.loss import SUCCESS_OVERLAP
+from trackmark.bench.metrics.sets.native import SUCCESS_OVERLAP, first_loss
 from trackmark.bench.papers.measures import MeasuredRun, Values, measure
 
 PERSON = "full"
@@ -31,4 +30,4 @@ def frames_overlapping(measured: MeasuredRun) -> float:
 @measure("frames")
 def frames_before_loss(measured: MeasuredRun) -> float:
     """Return the number of frames before ten consecutive visible frames off the target."""
-    return float(loss.first_loss(measured.on_target, measured.present, measured.truth.visibility))
+    return float(first_loss(measured.on_target, measured.present, measured.truth.visibility))

@@ -6,7 +6,7 @@ The paper's tracker looks ahead for the end of an occlusion. Measures therefore 
 import numpy as np
 from numpy.typing import NDArray
 
-from trackmark.bench.metrics.loss import SUCCESS_OVERLAP, first_loss
+from trackmark.bench.metrics.sets.native import SUCCESS_OVERLAP, first_loss
 from trackmark.bench.papers.measures import MeasuredRun, Values, inside, measure
 from trackmark.bench.papers.nguyen2002.events import CLEAR, Declared, declared_in, hidden_in
 

@@ -17,7 +17,7 @@ from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.metrics.interface import RunEstimates
 from trackmark.bench.pages.report_figures import metric_curves
 from trackmark.bench.protocols import ONE_PASS
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.runs import Runs
 from trackmark.reports.renderers import to_latex, to_markdown, to_text
 

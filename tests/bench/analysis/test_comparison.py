@@ -9,16 +9,16 @@ import pandas as pd
 import pytest
 
 from tests.bench.analysis.conftest import compare
-from trackmark.bench.analysis.comparable_runs import (
-    AllFailedError,
-    ComparisonError,
-    compared_measure,
-)
 from trackmark.bench.analysis.comparison import subsets_of
 from trackmark.bench.analysis.comparison_figures import write_differences
 from trackmark.bench.analysis.comparison_tables import as_data, files, paragraph, screen_lines
 from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.families import Families, read_families
+from trackmark.bench.analysis.run_checks import (
+    AllFailedError,
+    ComparisonError,
+    compared_measure,
+)
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.intervals import mean_interval
 from trackmark.bench.statistics.rules import decide, p_value

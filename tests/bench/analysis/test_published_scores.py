@@ -5,10 +5,10 @@ import pandas as pd
 import pytest
 
 from tests.bench.analysis.conftest import compare
-from trackmark.bench.analysis.comparable_runs import ComparisonError, compared_measure
 from trackmark.bench.analysis.decisions import answer_of
 from trackmark.bench.analysis.published_scores import with_published
 from trackmark.bench.analysis.published_sets import SETS
+from trackmark.bench.analysis.run_checks import ComparisonError, compared_measure
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.datasets.layouts import layouts
 

@@ -8,7 +8,7 @@ from trackmark.bench.analysis.run_tables import summary_of
 def test_short_table_has_the_intervals_of_the_long_table():
     names = [f"plain/target:length=12:speed=9:scene={scene}" for scene in range(6)]
     runs = tm.evaluate(["static", "mean-shift"], names)
-    table = summarise(runs).table
+    table = summarise(runs).table()
     long = summary_of(runs.scored("native"), runs.timed, "").records
     long = long[long["measure"] == "mean_overlap"].set_index("tracker")
     column = table.headings.index("95 %")

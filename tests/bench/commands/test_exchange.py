@@ -9,7 +9,7 @@ import pytest
 
 from tests.bench.commands.conftest import assert_tables_have_rows, json_lines
 from trackmark.bench.analysis.published_sets import SETS
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 
 SHARED = Path(__file__).parents[4] / "shared"

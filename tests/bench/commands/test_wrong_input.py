@@ -222,7 +222,7 @@ def test_oserror_without_a_file_name_is_one_message(trackmark, one_line, monkeyp
     def fail(*_):
         raise OSError(24, "Too many open files")
 
-    monkeypatch.setattr("trackmark.bench.store.keys.experiment_folders", fail)
+    monkeypatch.setattr("trackmark.bench.store.database.experiment_folders", fail)
     line = one_line(trackmark("results", "list", "results", status=2))
     assert line == "trackmark: Too many open files."
 

@@ -7,8 +7,7 @@ import pytest
 
 from trackmark.bench.execution.estimate import TimeEstimate, estimate_time
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.execution.plan import make_plan
-from trackmark.bench.execution.scheduling import missing_tasks
+from trackmark.bench.execution.plan import make_plan, missing_tasks
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 

@@ -9,8 +9,12 @@ import pytest
 
 from trackmark import trackers
 from trackmark.bench.execution.executor import run_experiment
-from trackmark.bench.execution.plan import RunStatus, make_plan
-from trackmark.bench.execution.scheduling import MAX_TRACKER_PROCESSES, missing_tasks
+from trackmark.bench.execution.plan import (
+    MAX_TRACKER_PROCESSES,
+    RunStatus,
+    make_plan,
+    missing_tasks,
+)
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.store.run_store import RunStore
 from trackmark.datasets import SequenceError

@@ -20,14 +20,13 @@ from trackmark.bench import operating_system
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.execution import pool, worker
 from trackmark.bench.execution.executor import Execution, run_experiment
-from trackmark.bench.execution.plan import make_plan
+from trackmark.bench.execution.plan import make_plan, missing_tasks
 from trackmark.bench.execution.pool import Pool, Worker, map_in_workers
-from trackmark.bench.execution.scheduling import missing_tasks
 from trackmark.bench.execution.task import Limits, RepeatError
 from trackmark.bench.experiments.experiment import Experiment, ExperimentError, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, resolve_specs
-from trackmark.bench.machine_errors import MachineError
-from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.operating_system import MachineError
+from trackmark.bench.store.database import ResultsError, run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.datasets import SequenceError, readers

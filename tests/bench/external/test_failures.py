@@ -15,7 +15,7 @@ import pytest
 
 from tests.bench.external.conftest import DRIFT, HOME, TRAX, living
 from trackmark import datasets
-from trackmark.bench import temporary_paths
+from trackmark.bench import operating_system
 from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.execution.pool import Pool
 from trackmark.bench.execution.task import Limits, PlannedRun, Task, UnusableTrackerError
@@ -288,7 +288,7 @@ def test_worker_process_contains_failures(environment):
         assert bool(reason) == bool(failure)
         assert failure in reason
     files = [*Path("/dev/shm").glob("trackmark-frames-*")]  # of other processes
-    assert all(temporary_paths._lock(file) is None for file in files)
+    assert all(operating_system._lock(file) is None for file in files)
 
 
 def test_failed_start_in_a_worker_is_no_error_of_the_sequence(folder):

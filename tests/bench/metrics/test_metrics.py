@@ -14,8 +14,7 @@ from trackmark.bench.metrics.boxes import (
     overlap,
 )
 from trackmark.bench.metrics.interface import RunEstimates
-from trackmark.bench.metrics.loss import LOSS_FRAMES, first_loss
-from trackmark.bench.metrics.sets.native import score_run
+from trackmark.bench.metrics.sets.native import LOSS_FRAMES, first_loss, score_run
 
 numbers = st.floats(-200, 200, allow_nan=False)
 sizes = st.floats(0.01, 100)

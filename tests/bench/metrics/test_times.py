@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from trackmark.bench.metrics.times import TIME_FIELDS, Times, time_fields
+from trackmark.bench.metrics.times import TIME_FIELDS, Times, run_delay_share, time_fields
 
 ONE = np.ones(100)
 
@@ -69,3 +69,8 @@ def test_run_delay_share_is_of_all_updates():
 )
 def test_note_explains_times(measured, note):
     assert time_fields(measured).get("time_note", "") == note
+
+
+@pytest.mark.parametrize(("seconds", "delay", "share"), [(3, 1, 0.25), (0, 0, 0), (0, 2, 1)])
+def test_run_delay_share_is_a_fraction_of_wall_time(seconds, delay, share):
+    assert run_delay_share(seconds, delay) == share

@@ -27,7 +27,7 @@ from trackmark.bench.papers.html_page import write_html_page
 from trackmark.bench.papers.index_page import write_front_page
 from trackmark.bench.papers.reproduction import report_data
 from trackmark.bench.papers.terminal_report import report_lines
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 
 
 def test_verdicts_rest_on_scenes_that_meet_the_criteria(report):

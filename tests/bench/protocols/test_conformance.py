@@ -14,14 +14,13 @@ from trackmark.bench.analysis.by_metrics import metric_tables
 from trackmark.bench.evaluation.ground_truth import segment_frames
 from trackmark.bench.evaluation.loop import evaluate_run, run_protocol
 from trackmark.bench.evaluation.scoring import can_score, score_run
-from trackmark.bench.execution.plan import RunStatus, make_plan
-from trackmark.bench.execution.scheduling import missing_tasks
+from trackmark.bench.execution.plan import RunStatus, make_plan, missing_tasks
 from trackmark.bench.execution.task import Limits
 from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker
 from trackmark.bench.protocols import ProtocolError, parse_protocol
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 from trackmark.trackers import Estimate

@@ -10,7 +10,7 @@ from trackmark.bench.evaluation.loop import evaluate_run
 from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
 from trackmark.bench.metrics.times import Times
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import run_key
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
 

@@ -19,7 +19,7 @@ from trackmark.bench.evaluation.run_record import Run
 from trackmark.bench.experiments.tracker_spec import Identity
 from trackmark.bench.store import database as module
 from trackmark.bench.store import runs as runs_module
-from trackmark.bench.store.keys import ResultsError
+from trackmark.bench.store.database import ResultsError
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs

@@ -13,10 +13,9 @@ import trackmark as tm
 from tests.bench.store.conftest import full_run, of_version, request
 from tests.bench.stored_truths import add_truth_of
 from trackmark.bench.evaluation.loop import evaluate_run
-from trackmark.bench.store import run_rows, run_store
+from trackmark.bench.store import run_store
 from trackmark.bench.store import runs as runs_module
-from trackmark.bench.store.database import pack, unpack
-from trackmark.bench.store.keys import ResultsError, run_key
+from trackmark.bench.store.database import ResultsError, pack, run_key, unpack
 from trackmark.bench.store.maintenance import find_damage, merge_results
 from trackmark.bench.store.run_rows import run_row
 from trackmark.bench.store.run_store import RunStore
@@ -190,7 +189,7 @@ def test_run_is_scored_once_per_version_of_the_scores(results, sequence, store, 
         assert repr(Runs.open(results.folder).stored_rows) == repr(rows)
     for module in (runs_module, run_store):
         monkeypatch.setattr(module, "scorer_version", lambda: "another")
-    monkeypatch.setattr(run_rows, "score_both", lambda run, truth: {"new": 1.0})
+    monkeypatch.setattr(runs_module, "score_both", lambda run, truth: {"new": 1.0})
     assert [row["scores"] for row in Runs.open(results.folder).stored_rows] == [{"new": 1.0}]
     newer = of_version(run, "newer")
     assert results.add(newer, run.identity.version)

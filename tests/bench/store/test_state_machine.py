@@ -27,8 +27,7 @@ from trackmark.bench.execution.executor import Execution
 from trackmark.bench.execution.worker import run_task
 from trackmark.bench.experiments.experiment import Experiment, SequenceSpec
 from trackmark.bench.experiments.tracker_spec import parse_tracker, run_identity
-from trackmark.bench.store.database import Database
-from trackmark.bench.store.keys import run_key
+from trackmark.bench.store.database import Database, run_key
 from trackmark.bench.store.maintenance import find_damage
 from trackmark.bench.store.run_store import RunStore
 from trackmark.bench.store.runs import Runs
