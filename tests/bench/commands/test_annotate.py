@@ -477,7 +477,7 @@ def test_file_of_another_program_is_kept_until_chosen(chromium, make_sequence, f
 
 @needs_browser
 def test_page_asks_before_saving_frames_outside_key_frames(chromium, make_sequence, files, axe):
-    asked = "[$('ask').open, $('ask-title').textContent, $('ask-go').textContent]"
+    question = "[$('ask').open, $('ask-title').textContent, $('ask-go').textContent]"
     with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
         chromium.size(1024, 700)
         chromium.open(picker.url)
@@ -488,7 +488,7 @@ def test_page_asks_before_saving_frames_outside_key_frames(chromium, make_sequen
         assert chromium.run("$('summary').textContent") == counts
         chromium.click("[data-key='Ctrl+s']")
         title = "12 of 20 frames count as without target"
-        assert chromium.run(asked) == [True, title, "Back to frame 10"]
+        assert chromium.run(question) == [True, title, "Back to frame 10"]
         assert "Frames 0–1, 10–19 are" in chromium.run("$('ask-text').textContent")
         assert violations(chromium, axe) == []
         chromium.key("Enter")  # the button to go back has the focus
