@@ -186,18 +186,18 @@ def _bar(total: int | None, work: str = "", delay: float = 0.0) -> Iterator[Any]
 
 
 class _TimeLeft:
-    """Estimate of the time left from the rate of work since the first progress.
+    """Estimate of the time left from the rate of work since a first share of `_MIN_SHARE`.
 
-    The time before does not count: workers start and compile kernels in it, which can take longer
-    than the work itself.
+    The time before does not count: workers start, initialise trackers and compile kernels in it,
+    which can take longer than the work itself.
     """
 
     def __init__(self) -> None:
-        self._first: tuple[float, float] | None = None  # time [s] and share of the first progress
+        self._first: tuple[float, float] | None = None  # time [s] and share at its start
 
     def after(self, seconds: float, share: float) -> str:
         """Return the estimate after a time and a share of the work; empty if there is none yet."""
-        if self._first is None:
+        if self._first is None or share < _MIN_SHARE:
             self._first = (seconds, share) if share > 0 else None
             return ""
         duration, done = seconds - self._first[0], share - self._first[1]
