@@ -450,7 +450,7 @@ class Sequence:
             raise SequenceError(
                 f"{self.name}: there is no ground truth, so no tracker can be initialised or "
                 f"scored.{missing} Provide a ground-truth file (--truth FILE, CSV with columns "
-                "frame,x,y,width,height), or create one with `trackmark annotate`."
+                "frame,x,y,width,height), or draw boxes: `trackmark annotate PATH --draw`."
             )
         return int(present[0])
 

@@ -1,4 +1,4 @@
-"""Hook of MkDocs: adds the pages outside `docs/` and the Python API to the documentation site."""
+"""Hook of MkDocs: adds pages outside `docs/`, the font and the Python API to the site."""
 
 import posixpath
 import re
@@ -15,6 +15,7 @@ from trackmark.bench import metrics
 from trackmark.bench.papers.real_video import FILE, read_scores, stale_trackers
 
 ROOT = Path(__file__).parents[1]
+FONT = ROOT / "bench/pages/templates/inter.woff2"
 ROOT_PAGES = {
     "README.md": "index.md",
     "ARCHITECTURE.md": "architecture.md",
@@ -41,10 +42,11 @@ def on_pre_build(config: Any) -> None:
 
 
 def on_files(files: Files, config: Any) -> Files:
-    """Add the pages that are not in `docs/`."""
+    """Add the pages and the font that are not in `docs/`."""
     for source, name in ROOT_PAGES.items():
         files.append(File.generated(config, name, content=(ROOT / source).read_text("utf-8")))
     files.append(File.generated(config, "api.md", content=_api_page()))
+    files.append(File.generated(config, "assets/inter.woff2", abs_src_path=str(FONT)))
     return files
 
 

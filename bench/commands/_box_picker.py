@@ -17,6 +17,7 @@ from trackmark.bench.commands._drawing import ConflictError, Drawing, DrawingFil
 from trackmark.bench.commands._progress import print_message
 
 PAGE = Path(__file__).with_name("_box_picker.html")
+_FONT = Path(__file__).parents[1] / "pages/templates/inter.woff2"  # of the report page
 
 _MAX_BYTES = 10_000_000  # limit of posted boxes; enough for 100,000 frames
 _FPS = 25  # frame rate of images without one [frames/s]
@@ -63,11 +64,13 @@ class _Handler(BaseHTTPRequestHandler):
     server: BoxPicker
 
     def do_GET(self) -> None:
-        """Send the page, the boxes or a frame."""
+        """Send the page, its font, the boxes or a frame."""
         path = self._path_below_root()
         resource, _, frame = (path or "").partition("/")
         if path == "":
             self._respond(200, "text/html; charset=utf-8", PAGE.read_text("utf-8"))
+        elif path == _FONT.name:
+            self._respond(200, "font/woff2", _FONT.read_bytes())
         elif path == "state":
             self._send_state()
         elif resource == "frame" and frame.isdecimal() and len(frame) < 10:
@@ -102,7 +105,8 @@ class _Handler(BaseHTTPRequestHandler):
             self._respond(400, _TEXT, _message(error))
             return
         state = {
-            "name": files.target.name,
+            "video": files.video,
+            "file": files.target.name,
             "frames": len(self.server.sequence),
             "fps": self.server.sequence.fps or _FPS,
             "saved": files.saved.model_dump(),

@@ -33,7 +33,10 @@ _BAR_COLUMNS = 60
 """Minimum number of columns for a bar next to the counts of runs."""
 
 _MIN_SHARE = 0.02
-"""Minimum share of the work for an estimate of the time left."""
+"""Minimum share of the work whose rate gives an estimate of the time left."""
+
+_MIN_SECONDS = 3.0
+"""Minimum time of this work [s]."""
 
 
 class _Screen:
@@ -182,11 +185,25 @@ def _bar(total: int | None, work: str = "", delay: float = 0.0) -> Iterator[Any]
         SafeStream.bar = None
 
 
-def _time_left(seconds: float, share: float) -> str:
-    """Return the estimated time left after a share of the work; empty if there is no estimate."""
-    if not _MIN_SHARE <= share < 1:
-        return ""
-    return f", about {rough_duration(seconds * (1 - share) / share)} left"
+class _TimeLeft:
+    """Estimate of the time left from the rate of work since a first share of `_MIN_SHARE`.
+
+    The time before does not count: workers start, initialise trackers and compile kernels in it,
+    which can take longer than the work itself.
+    """
+
+    def __init__(self) -> None:
+        self._first: tuple[float, float] | None = None  # time [s] and share at its start
+
+    def after(self, seconds: float, share: float) -> str:
+        """Return the estimate after a time and a share of the work; empty if there is none yet."""
+        if self._first is None or share < _MIN_SHARE:
+            self._first = (seconds, share) if share > 0 else None
+            return ""
+        duration, done = seconds - self._first[0], share - self._first[1]
+        if share >= 1 or done < _MIN_SHARE or duration < _MIN_SECONDS:
+            return ""
+        return f", about {rough_duration(duration * (1 - share) / done)} left"
 
 
 @contextmanager
@@ -199,13 +216,13 @@ def progress_bar(work: str, total: int | None, unit: str) -> Iterator[Progress]:
         with report_slow_work(work, total) as count:
             yield count
         return
-    began = time.monotonic()
+    began, time_left = time.monotonic(), _TimeLeft()
     with _bar(total, work, delay=1.0) as bar:
 
         def update(done: int, n_total: int | None = None) -> None:
             bar.total = n_total or bar.total
             if bar.total:
-                left = _time_left(time.monotonic() - began, done / bar.total)
+                left = time_left.after(time.monotonic() - began, done / bar.total)
                 counts = f"{work}: {done}/{bar.total} {unit}s{left}"
                 bar.set_description_str(counts, refresh=False)
             bar.update(done - bar.n)
@@ -229,6 +246,7 @@ class RunProgress:
         self._failures: list[str] = []  # printed failures
         self._bar: Any = None
         self._began = 0.0
+        self._estimate = _TimeLeft()
 
     def __enter__(self) -> Self:
         """Return the progress."""
@@ -273,6 +291,7 @@ class RunProgress:
     def update(self, done: int) -> None:
         """Show the work that the present execution has done."""
         self._work_now = done
+        self._time_left()  # notes the first progress, also if no line is due
         self._show()
 
     def add(self, row: Mapping[str, Any]) -> None:
@@ -310,7 +329,7 @@ class RunProgress:
         return time.monotonic() - self._began
 
     def _time_left(self) -> str:
-        return _time_left(self._seconds(), self._share())
+        return self._estimate.after(self._seconds(), self._share())
 
 
 def print_corner_hints(runs: "Runs") -> None:

@@ -113,7 +113,8 @@ def command(
 
     check(drawing)
     if not draw:
-        truth = _truth(drawing, len(sequence), (width, height))
+        remedy = " Use --draw, or --box for each of them."
+        truth = _truth(drawing, len(sequence), (width, height), remedy)
     _check_target(target, replace=force or draw)
     check_outputs({"--output": target}, [] if key_frames is None else [key_frames])
     notes = [note] if note else []
@@ -240,14 +241,16 @@ def _check_target(target: Path, *, replace: bool) -> None:
         )
 
 
-def _truth(drawing: "Drawing", n_frames: int, size: tuple[int, int]) -> "GroundTruth":
-    """Return the ground truth of all frames."""
+def _truth(
+    drawing: "Drawing", n_frames: int, size: tuple[int, int], remedy: str = ""
+) -> "GroundTruth":
+    """Return the ground truth of all frames; `remedy` ends the message if boxes are missing."""
     from trackmark.datasets.annotation import interpolate
 
     n_boxes = len(drawing.boxes)
     if n_boxes < 2 <= n_frames:
         count = "1 key frame is" if n_boxes else "no key frames are"
-        raise ExperimentError(f"{count} given. Mark the target in two frames or more.")
+        raise ExperimentError(f"{count} given. Mark the target in two frames or more.{remedy}")
     return interpolate(drawing.boxes, n_frames, drawing.absent, size)
 
 

@@ -35,7 +35,12 @@ from trackmark.bench.commands._options import (
     split_list,
 )
 from trackmark.bench.commands._output_files import check_outputs, input_files
-from trackmark.bench.commands._progress import print_hint, print_message
+from trackmark.bench.commands._progress import (
+    print_hint,
+    print_message,
+    print_progress,
+    rough_duration,
+)
 from trackmark.bench.commands._terminal import print_result
 from trackmark.datasets.decoding import quote
 from trackmark.reports.printable import wrap
@@ -208,7 +213,9 @@ def command(
     speeds: dict[str, SpeedChange] = {}
     if revision is not None:
         # All sequences are timed: a check of some sequences then gives the same times.
-        speeds = check_speeds(baseline, list(before.scores), revision, budget, print_message)
+        timed, limit = list(before.scores), rough_duration(budget)
+        print_progress("start", f"Comparing times with {revision}: at most {limit}.")
+        speeds = check_speeds(baseline, timed, revision, budget, print_message)
     runner = BaselineRunner(
         f"check-{path.stem}",
         before.specs,

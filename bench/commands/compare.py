@@ -147,7 +147,9 @@ def command(
     from trackmark.bench.store.database import single_experiment
 
     if (sequences is None) == (results is None):
-        raise click.UsageError("Give either --sequences or --results.")
+        raise click.UsageError(
+            "Give either --sequences or --results, for example --sequences 'samples/*'."
+        )
     published_scores = parse_published(published)
     if isinstance(published_scores, Path) and published_scores.stem.startswith("comparison"):
         # The tables in --output are called comparison.csv and so on.

@@ -155,7 +155,10 @@ def _experiment(
 ) -> Experiment:
     """Return the named experiment with the options applied, or one made of the options alone."""
     if not experiments and not (trackers and sequences):
-        raise click.UsageError("Give an experiment, or --trackers and --sequences.")
+        raise click.UsageError(
+            "Give an experiment, or --trackers and --sequences, for example: "
+            "trackmark run --trackers camshift,static --sequences 'samples/*'"
+        )
     base = _named_experiment(experiments, has_options=bool(trackers or sequences))
     if base is not None and truth is not None:
         raise ExperimentError("--truth requires --sequences; omit the experiment.")

@@ -232,7 +232,7 @@ def read_toml(path: Path, error: type[ValueError]) -> dict[str, Any]:
     except OSError as reason:
         raise error(f"{path}: {reason.strerror}.") from None
     except ValueError as reason:  # also UnicodeDecodeError, and integers of over 4300 digits
-        raise error(f"{path}: {reason}.") from None
+        raise error(f"{path}: not valid TOML: {reason}.") from None
     except RecursionError:
         raise error(f"{path}: lists or tables are nested too deeply. Use fewer levels.") from None
 

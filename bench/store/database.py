@@ -24,6 +24,8 @@ from urllib.parse import quote
 import numpy as np
 from numpy.typing import NDArray
 
+from trackmark.datasets.spec_string import close_match
+
 
 class ResultsError(ValueError):
     """Error in reading or writing results; the message names the folder or file."""
@@ -71,10 +73,17 @@ def experiment_folders(folder: Path, *, damaged: bool = False) -> list[Path]:
     for path in folders if not damaged else ():
         refuse_empty_file(path)
     if not folders:
-        raise ResultsError(
-            f"{folder}: this folder contains no results. Create results by `trackmark run`."
-        )
+        raise no_results(folder)
     return folders
+
+
+def no_results(folder: Path) -> ResultsError:
+    """Return the error for a folder without results; it names a folder of a similar name."""
+    others = [file.parent.name for file in folder.parent.glob(f"*/{FILE_NAME}")]
+    return ResultsError(
+        f"{folder}: this folder contains no results.{close_match(folder.name, others)} "
+        "`trackmark run` creates results."
+    )
 
 
 def single_experiment(folder: Path) -> Path:

@@ -23,6 +23,7 @@ from trackmark.bench.store.database import (
     DamagedError,
     ResultsError,
     RunKey,
+    no_results,
     open_database,
     refuse_empty_file,
     run_key,
@@ -134,9 +135,7 @@ class Runs(Mapping[RunName, Run]):
         Raises `ResultsError` if there are no results, or if the file is damaged.
         """
         if not (folder / FILE_NAME).is_file():
-            raise ResultsError(
-                f"{folder}: this folder contains no results. Create results by `trackmark run`."
-            )
+            raise no_results(folder)
         refuse_empty_file(folder)
         runs = cls.unscored(folder)
         runs.title = runs.title or folder.absolute().name

@@ -345,6 +345,8 @@ def _not_recognised(path: Path) -> str:
             contained = f" It contains {listed}{further}."
         similar = [layout.in_words for layout in layouts().values() if _marks(path, layout)]
     expected = "; ".join(similar or formats().values())
+    if path.is_dir() and not similar:
+        expected = "images with a ground-truth file, or a layout of `trackmark list formats`"
     problem = "an incomplete sequence" if similar else "not in a format that a reader recognises"
     return f"{path}: this is {problem}.{contained} Expected: {expected}."
 

@@ -193,6 +193,9 @@ def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromiu
         )
         chromium.key("Enter")
         seen["accepted"] = chromium.run(BOX)
+        seen["second_hint"] = chromium.run("$('hint').textContent")
+        title = "[document.title, $('file').textContent, document.fonts.check('15px Inter')]"
+        seen["title"] = chromium.run(f"document.fonts.ready.then(() => {title})")
         drag(chromium, (9, 11), (13.3, 11.3))  # whole pixels
         for key in (",", ","):  # the frame in the middle
             chromium.key(key)
@@ -236,7 +239,9 @@ def test_browser_draws_moves_and_saves_boxes(trackmark, workspace, user, chromiu
     user(act)
     done = trackmark("annotate", workspace / "data/Small/img", "--draw", "--output", "truth.csv")
     assert seen["drawn"] == [4, 5, 10, 12]
-    assert seen["hint"] == "Next: go on some frames"
+    assert seen["hint"] == "Go on some frames (Page Down) and draw the next box"
+    assert seen["second_hint"].startswith("Boxes in between are interpolated")
+    assert seen["title"] == ["img, 5 frames of 50x40 px", "Boxes in truth.csv", True]
     assert seen["suggested"] == [None, [4, 5, 10, 12], "of 4: suggestion"]
     assert seen["accepted"] == [4, 5, 10, 12]
     assert seen["interpolated"] == [6, 5, 10, 12]
@@ -274,7 +279,7 @@ def test_boxes_of_a_file_and_of_its_draft_are_loaded(trackmark, workspace, user,
     def act(url):
         chromium.open(url)
         chromium.wait(SHOWN)
-        seen.append(chromium.run("[$('name').textContent, state, $('mark').textContent]"))
+        seen.append(chromium.run("[$('file').textContent, state, $('mark').textContent]"))
         if len(seen) == 1:
             chromium.key("ArrowUp")
             chromium.run("posts")
@@ -289,8 +294,8 @@ def test_boxes_of_a_file_and_of_its_draft_are_loaded(trackmark, workspace, user,
     boxes = {"0": [4, 5, 10, 12], "4": [8, 5, 10, 12]}
     moved = boxes | {"0": [4, 4, 10, 12]}
     assert seen == [
-        [name, {"boxes": boxes, "absent": [[2, 2]]}, ""],
-        [name, {"boxes": moved, "absent": [[2, 2]]}, "● unsaved"],
+        [f"Boxes in {name}", {"boxes": boxes, "absent": [[2, 2]]}, ""],
+        [f"Boxes in {name}", {"boxes": moved, "absent": [[2, 2]]}, "● unsaved"],
     ]
     assert "alert" not in chromium.dialogs
     assert rows(workspace / name)[:3] == [
@@ -468,6 +473,36 @@ def test_file_of_another_program_is_kept_until_chosen(chromium, make_sequence, f
             chromium.run(f"actions['ArrowUp'](1); actions['{choice}'](); commit(); posts")
             chromium.run("actions['Ctrl+s'](); posts")
             assert stored(files).boxes[0] == expected
+
+
+@needs_browser
+def test_page_asks_before_saving_frames_outside_key_frames(chromium, make_sequence, files, axe):
+    question = "[$('ask').open, $('ask-title').textContent, $('ask-go').textContent]"
+    with served(_box_picker.BoxPicker(make_sequence(), files)) as picker:
+        chromium.size(1024, 700)
+        chromium.open(picker.url)
+        chromium.wait(SHOWN)
+        chromium.run("state.boxes = { 2: [2, 3, 8, 6], 8: [12, 3, 8, 6] }; state.absent = [[9, 9]]")
+        chromium.run("go(4); commit()")
+        counts = "2 key frames, 5 interpolated, 13 of 20 without target"
+        assert chromium.run("$('summary').textContent") == counts
+        chromium.click("[data-key='Ctrl+s']")
+        title = "12 of 20 frames count as without target"
+        assert chromium.run(question) == [True, title, "Back to frame 10"]
+        assert "Frames 0–1, 10–19 are" in chromium.run("$('ask-text').textContent")
+        assert violations(chromium, axe) == []
+        chromium.key("Enter")  # the button to go back has the focus
+        chromium.wait("!$('ask').open && frame === 10 && shown === frame")
+        chromium.run("posts")
+        assert not files.target.exists()
+        chromium.click("[data-key='Ctrl+s']")
+        chromium.click("#ask-send")
+        chromium.wait("$('message').textContent.startsWith('Saved 2 key frames')")
+        chromium.run("state.boxes[5] = [6, 3, 8, 6]; commit()")
+        chromium.click("[data-key='Ctrl+s']")  # the file has the same frames without target
+        chromium.wait("$('message').textContent.startsWith('Saved 3 key frames')")
+        assert chromium.run("$('ask').open") is False
+    assert sorted(stored(files).boxes) == [2, 5, 8]
 
 
 def test_unsaved_boxes_of_another_program_are_kept(files):

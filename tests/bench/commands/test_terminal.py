@@ -159,6 +159,7 @@ def screen(monkeypatch):
 
     monkeypatch.setattr(_progress, "NOTICE_DELAY", 0.01)
     monkeypatch.setattr(_progress, "INTERVAL", 0.01)
+    monkeypatch.setattr(_progress, "_MIN_SECONDS", 0.0)
     monkeypatch.setattr(_progress._Screen, "announced", set())
     return replaced
 
@@ -197,6 +198,7 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
     with RunProgress("two: 1 tracker, 1 sequence, 3 runs", Path("results/two")) as progress:
         progress.expect(execution)
         progress.begin()
+        progress.update(1)
         for row in ROWS[:2]:
             progress.add(row)
         progress.update(15)
@@ -218,6 +220,16 @@ def test_progress_of_runs_is_a_bar_or_complete_lines(screen, terminal):
     assert "HH:MM:SS FAILED  a on cup, 0004.png: ValueError: empty" in others
     assert "HH:MM:SS run  2/3  50%  1 failed  about N s left" in others
     assert last == "HH:MM:SS done  3/3 runs, 2 failed, N s, results/two"
+
+
+def test_time_left_does_not_count_the_start_of_the_workers():
+    time_left = _progress._TimeLeft()
+    assert [time_left.after(seconds, 0.0) for seconds in (1, 60)] == ["", ""]
+    assert time_left.after(61, 0.001) == ""  # trackers are initialised
+    assert time_left.after(70, 0.01) == ""  # after kernels were compiled
+    assert time_left.after(71, 0.10) == ""  # too early
+    assert time_left.after(75, 0.26) == ", about 15 s left"
+    assert time_left.after(84, 1.0) == ""
 
 
 def test_command_without_missing_runs_shows_no_progress(screen):

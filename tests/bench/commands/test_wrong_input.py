@@ -104,7 +104,8 @@ reproduce multipart --quick --all | either --quick or --all
 {ANNOTATE} --box 0:1,2,3,4 --box 4:1,-4,3,4 | outside the image (50x40)
 {ANNOTATE} --box 0:1,2,1e300,4 --box 4:1,4,3,4 | frame 0
 {ANNOTATE} {BOXES} --absent x | FIRST-LAST
-{ANNOTATE} | key frames
+{ANNOTATE} | no key frames are given. Mark the target in two frames or more. Use --draw
+run --trackers static | for example: trackmark run --trackers camshift,static
 show data/Small | Use --output FILE
 show data/Small --output a.gif | neither .png nor .mp4
 show data/Small --output a.png --first-frame 9 | not among 0 to 4

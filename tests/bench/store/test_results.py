@@ -251,8 +251,11 @@ def test_columns_are_readable_without_trackmark(several):
 
 
 def test_missing_results_and_runs_are_named(several, sequence, tmp_path):
-    with pytest.raises(ResultsError, match="this folder contains no results"):
+    with pytest.raises(ResultsError, match=r"this folder contains no results"):
         Runs.open(tmp_path / "nothing")
+    similar = several.folder.name + "s"
+    with pytest.raises(ResultsError, match=f"Did you mean '{several.folder.name}'"):
+        Runs.open(several.folder.with_name(similar))
     with pytest.raises(ResultsError, match=r"runs\.db has no run of static on line, repetition 9"):
         several.read(("static", "line", 9, "one-pass"))
     (tmp_path / "file").write_text("")
