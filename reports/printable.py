@@ -26,6 +26,8 @@ _NONCHARACTER = re.compile("[\ufffe\uffff]")
 _CONTROL = re.compile(f"[{_CONTROLS}]")
 _CONTROL_OR_BREAK = re.compile(rf"[{_CONTROLS}\t\n\u2028\u2029]")
 
+_MINUS = re.compile(r"(?:(?<=[\s\[(~<>≤≥±])|^)-(?=\.?\d)")
+
 
 def width() -> int:
     """Return the columns for tables: those of the terminal, from 60 to `MAX_WIDTH`."""
@@ -51,6 +53,15 @@ def printable(foreign: str) -> str:
     '\\u001b[31mred\n'
     """
     return _CONTROL.sub(_escaped, foreign)
+
+
+def with_minus(text: str) -> str:
+    """Return the text with true minus signs before its numbers; they are as wide as `+`.
+
+    >>> with_minus("-0.2 [-0.3, +0.1] clip-01")
+    '−0.2 [−0.3, +0.1] clip-01'
+    """
+    return _MINUS.sub("−", text)
 
 
 def one_line(foreign: str) -> str:

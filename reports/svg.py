@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from trackmark.reports.charts import Chart, Line
 from trackmark.reports.palette import DASHES, MARKER_PATHS, colour_index
-from trackmark.reports.printable import one_line
+from trackmark.reports.printable import one_line, with_minus
 
 CROWDED = 7
 """Maximum number of lines in full colour; of more, only the first `TOP` are not grey."""
@@ -30,8 +30,6 @@ _COLUMNS = 80  # possible positions of a direct label along the abscissa
 _DISTANCE = 11.0  # of the middle of a label from its line [px]
 _HEIGHT = 13.0  # of a label [px]
 _LEFT, _TOP, _BOTTOM = 42, 10, 38  # margins [px]
-
-_NAME = Markup('<text class="name c{}" x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>')
 
 Array = NDArray[np.float64]
 
@@ -82,8 +80,20 @@ def chart_svg(chart: Chart, height: int = 300, width: int = 440) -> Markup:
         elements += _labels(labelled, x, y) if chart.has_line_names else []
     scales = " ".join(f"{v:.10g}" for scale in (x, y) for v in (*scale.pixels, *scale.limits))
     role, description = "group" if chart.style == "dots" else "img", one_line(chart.description)
-    svg = Markup('<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}">{}</svg>')
+    svg = Markup(
+        '<svg viewBox="0 0 {} {}" role="{}" aria-label="{}" data-scale="{}" text-anchor="middle">{}'
+        "</svg>"
+    )
     return svg.format(width, height, role, description, scales, Markup("").join(elements))
+
+
+def dash_class(position: int) -> str:
+    """Return the class of the dashes of the tracker with an index, after a space; empty for none.
+
+    A page has a CSS rule for each class.
+    """
+    index = position % len(DASHES)
+    return f" d{index}" if DASHES[index] else ""
 
 
 def at_reference(chart: Chart, line: Line) -> str:
@@ -120,12 +130,12 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
     for tick in y.ticks:
         position = float(y(tick))
         unit = " %" * (tick == y.ticks[-1])
-        label = f"{100 * tick:g}{unit}" if chart.is_percent else f"{tick:g}"
+        label = f"{100 * tick:g}{unit}" if chart.is_percent else with_minus(f"{tick:g}")
         grid += f"M{left:g},{_px(position)}H{right:g}"
         labels.append((left - 6, position + 4, "end", label))
     for tick in x.ticks:
         position = float(x(tick))
-        label = _time(tick) if chart.logarithmic else f"{tick:g}"
+        label = _time(tick) if chart.logarithmic else with_minus(f"{tick:g}")
         grid += f"M{_px(position)},{top:g}V{bottom:g}" * (chart.style == "dots")
         labels.append((position, bottom + 17, "middle", label))
     name = chart.x.replace(" [ms]", ", log scale") if chart.logarithmic else chart.x
@@ -138,8 +148,15 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         if chart.reference_label:
             labels.append((position - 4, bottom - 6, "end", chart.reference_label))
     for across, down, anchor, label in labels:
-        element = Markup('<text x="{}" y="{}" text-anchor="{}">{}</text>')
-        yield element.format(_px(across), _px(down), anchor, label)
+        yield _text(label, across, down, anchor)
+
+
+def _text(text: str, x: float, y: float, anchor: str = "middle", class_name: str = "") -> Markup:
+    """Return a text at a position [px]; a chart has the anchor `middle` for all its texts."""
+    named = Markup(' class="{}"').format(class_name) if class_name else ""
+    anchored = Markup(' text-anchor="{}"').format(anchor) if anchor != "middle" else ""
+    element = Markup('<text{} x="{}" y="{}"{}>{}</text>')
+    return element.format(named, _px(x), _px(y), anchored, text)
 
 
 def _px(position: float) -> str:
@@ -163,7 +180,6 @@ def _line(line: Line, x: _Scale, y: _Scale, style: str, *, crowded: bool) -> Mar
     xs, ys = np.asarray(line.x, float), np.asarray(line.y, float)
     grey = crowded and line.position >= TOP
     index = "rest" if grey else f"c{colour_index(line.position)}"
-    dash = " ".join(map(str, DASHES[line.position % len(DASHES)]))
     has_position = [True] if len(line.positions) == 1 else np.isfinite(ys)
     opened = compress(line.positions, has_position)
     positions = " ".join(
@@ -187,9 +203,8 @@ def _line(line: Line, x: _Scale, y: _Scale, style: str, *, crowded: bool) -> Mar
         across, down = _corners(*points) if style == "step" else points
         path += _trace(x(across), y(down))
     link = Markup(' data-positions="{}"').format(positions) if positions else ""
-    dashes = Markup(' stroke-dasharray="{}"').format(dash) if dash else ""
-    curve = Markup('<path class="curve {}" data-k="{}"{} d="{}"{}/>')
-    return band + curve.format(index, line.position, dashes, path, link)
+    curve = Markup('<path class="curve {}" data-k="{}" d="{}"{}/>')
+    return band + curve.format(index + dash_class(line.position), line.position, path, link)
 
 
 def _corners(xs: Array, ys: Array) -> tuple[Array, Array]:
@@ -235,7 +250,7 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
             elements += bar.format(index, across, *ends)
         mark = Markup('<path class="mark c{}" transform="translate({:.1f},{:.1f})" d="{}"/>')
         elements += mark.format(index, across, down, path)
-        elements += _free_name(line, across, down, frame, occupied)
+        elements += _free_name(line, across, down, ends, frame, occupied)
         position = next(filter(None, line.positions), None)
         if position is None:
             yield elements
@@ -245,24 +260,37 @@ def _dots(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
 
 
 def _free_name(
-    line: Line, across: float, down: float, frame: _Rectangle, occupied: list[_Rectangle]
+    line: Line,
+    across: float,
+    down: float,
+    ends: Sequence[float],
+    frame: _Rectangle,
+    occupied: list[_Rectangle],
 ) -> Markup:
-    """Return the name of a tracker next to its mark, and add its rectangle; empty without room."""
+    """Return the name of a tracker, and add its rectangle; empty without room.
+
+    It is next to its mark, or else above or below the interval with these `ends`.
+    """
     name, index = _short(line.label), colour_index(line.position)
     wide = _LETTER * len(name)
-    sides = (across + 10, across + 10, "start"), (across - 10 - wide, across - 10, "end")
-    for shift in (0, -14, 14, -28, 28, -42, 42):
-        top = down + shift - _HEIGHT / 2
-        for left, start, anchor in sides:
-            right, bottom = left + wide, top + _HEIGHT
-            is_inside = (
-                left >= frame[0] and right <= frame[2] and frame[1] <= top < bottom <= frame[3]
-            )
-            if is_inside and not any(
-                left < x1 and right > x0 and top < y1 and bottom > y0 for x0, y0, x1, y1 in occupied
-            ):
-                occupied.append((left, top, right, bottom))
-                return _NAME.format(index, start, down + shift + 4, anchor, name)
+    places = [
+        place
+        for shift in (0, -14, 14, -28, 28, -42, 42)
+        for place in (
+            (across + 10, across + 10, "start", down + shift),
+            (across - 10 - wide, across - 10, "end", down + shift),
+        )
+    ]
+    heights = min(ends, default=down) - 10, max(ends, default=down) + 10
+    places += [(across - wide / 2, across, "middle", middle) for middle in heights]
+    for left, start, anchor, middle in places:
+        right, top, bottom = left + wide, middle - _HEIGHT / 2, middle + _HEIGHT / 2
+        is_inside = left >= frame[0] and right <= frame[2] and frame[1] <= top < bottom <= frame[3]
+        if is_inside and not any(
+            left < x1 and right > x0 and top < y1 and bottom > y0 for x0, y0, x1, y1 in occupied
+        ):
+            occupied.append((left, top, right, bottom))
+            return _text(name, start, middle + 4, anchor, f"name c{index}")
     return Markup("")
 
 
@@ -292,7 +320,8 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         rows.append(np.full(_COLUMNS, np.nan))
         rows[-1][columns] = middle
         centre = grid[columns].mean()
-        yield _NAME.format(colour_index(line.position), centre, middle + 4, "middle", name)
+        colour = f"name c{colour_index(line.position)}"
+        yield _text(name, float(centre), middle + 4, class_name=colour)
 
 
 def _short(label: str) -> str:

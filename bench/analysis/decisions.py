@@ -10,6 +10,8 @@ from trackmark.bench.statistics.units import StatisticalUnits
 _MAX_NAMES = 3
 """Maximum number of trackers that a sentence names; more are counted."""
 
+_NO_WINNER = "No clear winner"
+
 _NUMBERS = ("No", "One", "Two", "Three", "Four", "Five")
 
 _RELATIONS = {
@@ -74,7 +76,20 @@ def _sentences(comparison: Comparison, ranked: Sequence[Standing], main: Standin
     leading = [entry for entry in ranked if entry not in beaten]
     if beaten:
         scope += f"; {main.tracker} is {_relations({'better': beaten}, len(other_trackers))}"
-    return [f"No clear winner: {_listed(leading, main, values)}.", f"{scope}."]
+    return [f"{_NO_WINNER}: {_listed(leading, main, values)}.", f"{scope}."]
+
+
+def no_winner_reason(comparison: Comparison) -> str:
+    """Return which trackers are not clearly different from the best one, without a full stop.
+
+    The text is empty if the answer is not that there is no clear winner.
+    """
+    if not answer_of(comparison).heading.startswith(_NO_WINNER):
+        return ""
+    other_trackers = [entry for entry in comparison.standings if entry.tracker != comparison.main]
+    groups = _groups(comparison, other_trackers)
+    relation = _relations({"inconclusive": groups["inconclusive"]}, len(other_trackers))
+    return f"{comparison.main} is {relation}"
 
 
 def _groups(

@@ -3,6 +3,7 @@
 import textwrap
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import compress
 from math import ceil
 from operator import itemgetter
 from typing import Any
@@ -10,6 +11,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from trackmark.bench.analysis.comparison import (
     Comparison,
@@ -23,12 +25,12 @@ from trackmark.bench.pages.content import PageTable, PlayerRun, PlayerSequence, 
 from trackmark.bench.pages.page import card
 from trackmark.bench.pages.player_frames import thumbnail
 from trackmark.bench.pages.player_runs import PageRuns
-from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none
+from trackmark.bench.statistics.rules import MIN_UNITS, interval_or_none, star_marks
 from trackmark.bench.statistics.units import units_of
-from trackmark.reports.charts import Chart
+from trackmark.reports.charts import Chart, PlayerPosition
 from trackmark.reports.printable import one_line
 from trackmark.reports.svg import CROWDED, TOP
-from trackmark.reports.tables import MISSING, Table, text_table
+from trackmark.reports.tables import MISSING, Table
 
 N_SHOWN_SEQUENCES = 12
 """Maximum number of rows of the overlap matrix that are shown at first."""
@@ -355,10 +357,13 @@ def lost_runs(runs: PageRuns) -> tuple[str, Markup] | None:
     return title, card("lost_runs", losses=losses)
 
 
-def subset_table(
+def subset_means(
     scored: pd.DataFrame, occurring: Mapping[str, set[str]], runs: PageRuns
-) -> PageTable | None:
-    """Return mean overlaps by parameter value and attribute of the sequences; None without any."""
+) -> Markup | None:
+    """Return mean overlaps by parameter value and attribute of the sequences; None without any.
+
+    `occurring`: attributes by sequence.
+    """
     if "mean_overlap" not in scored or not runs.trackers:
         return None  # no finished run
     sequences = [sequence.name for sequence in runs.sequences]
@@ -367,32 +372,62 @@ def subset_table(
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
     groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
-    rows, positions, has_intervals = [], [], False
+    rows: list[dict[str, Any]] = []
     for (parameter, value), mask in masks.items():
         if parameter not in shared:
             continue
         members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
-        cells = [f"{parameter}={value}", str(len(members))]
-        for name in runs.trackers:
-            by_sequence = means.get(name, pd.Series(dtype=float)).reindex(sequences)
-            by_unit = means_of_subset(units, by_sequence.to_numpy(float), mask)
-            mean = float(by_unit.mean()) if len(by_unit) else np.nan
-            limits = interval_or_none(by_unit, 1, 0.0, 1.0) if np.isfinite(mean) else None
-            mean_text = f"{mean:.3f}" if np.isfinite(mean) else MISSING
-            cells.append(f"{mean_text} [{limits[0]:.3f}, {limits[1]:.3f}]" if limits else mean_text)
-            has_intervals |= limits is not None
-        rows.append(cells)
-        worst = [runs.worst_position_on(name, members, "overlap") for name in runs.trackers]
-        positions.append([None, *worst])
+        by_unit = [
+            means_of_subset(
+                units,
+                means.get(name, pd.Series(dtype=float)).reindex(sequences).to_numpy(float),
+                mask,
+            )
+            for name in runs.trackers
+        ]
+        marks = _subset_marks(by_unit)
+        cells = [
+            _subset_cell(values, runs.worst_position_on(name, members, "overlap"), is_best=is_best)
+            for name, values, is_best in zip(runs.trackers, by_unit, marks, strict=True)
+        ]
+        label = value if parameter == "attribute" else f"{parameter}={value}"
+        rows.append({"label": label, "n_sequences": len(members), "cells": cells})
     if not rows:
         return None
-    caption = (
-        "Mean overlap by parameter value and by attribute (of sequences in which it occurs), over "
-        "n sequences."
+    cells = [cell for row in rows for cell in row["cells"]]
+    return card(
+        "subset_means",
+        trackers=[*enumerate(runs.trackers)],
+        rows=rows,
+        scope=units.scope if any(cell["interval"] for cell in cells) else "",
+        has_marks=any(cell["is_best"] for cell in cells),
     )
-    caption += f" In brackets the 95 % interval {units.scope}." if has_intervals else ""
-    table = text_table("subsets", caption, ["subset", "n", *runs.trackers], rows)
-    return PageTable(table, positions)
+
+
+def _subset_marks(by_unit: Sequence[NDArray[np.float64]]) -> list[bool]:
+    """Return which trackers no other is better than; none if no tracker is better than another.
+
+    `by_unit`: mean overlaps of each tracker, shape (n_units,). Trackers without a mean get no mark.
+    """
+    is_complete = [bool(np.isfinite(values).all()) for values in by_unit]
+    marks = iter(
+        star_marks([*compress(by_unit, is_complete)], limit=1.0) if any(is_complete) else []
+    )
+    marked = [complete and next(marks) for complete in is_complete]
+    return [mark and sum(marked) < sum(is_complete) for mark in marked]
+
+
+def _subset_cell(
+    by_unit: NDArray[np.float64], position: PlayerPosition | None, *, is_best: bool
+) -> dict[str, Any]:
+    """Return the mean of a tracker over a subset, with its interval if there are enough units."""
+    mean = float(by_unit.mean()) if len(by_unit) else np.nan
+    if not np.isfinite(mean):
+        return {"text": MISSING, "interval": "", "position": None, "is_best": False}
+    limits = interval_or_none(by_unit, 1, 0.0, 1.0)
+    interval = f"[{limits[0]:.3f}, {limits[1]:.3f}]" if limits else ""
+    text = f"{mean:.3f}"
+    return {"text": text, "interval": interval, "position": position, "is_best": is_best}
 
 
 def sequence_folds(

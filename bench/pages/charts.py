@@ -19,7 +19,7 @@ from trackmark.reports.charts import Chart, Line, PlayerPosition
 from trackmark.reports.svg import CROWDED, TOP, at_reference
 from trackmark.reports.tables import Table
 
-_MAX_POINTS = 60
+_MAX_POINTS = 40
 """Maximum number of points of a curve over the frames of a sequence."""
 
 _VIDEO_TIME = 40.0  # of a frame at 25 frames per second [ms]

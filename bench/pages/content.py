@@ -147,6 +147,7 @@ class Page:
     heading: str = ""  # heading; the title by default
     sums: Sequence[str] = ()  # lines below the heading
     details: Sequence[str] = ()  # sentences below these lines
+    styles: Sequence[str] = ()  # style sheets of `templates` in addition to `page.css`
 
 
 def player_link(sequence: PlayerSequence, frame: int | None = None, **options: str) -> str:

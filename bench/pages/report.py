@@ -16,7 +16,7 @@ from markupsafe import Markup
 
 from trackmark.bench.analysis.by_metrics import table_prefix
 from trackmark.bench.analysis.comparison import Comparison, rank_among_published
-from trackmark.bench.analysis.decisions import Answer, answer_of
+from trackmark.bench.analysis.decisions import Answer, answer_of, no_winner_reason
 from trackmark.bench.analysis.run_checks import (
     ComparisonError,
     corner_boxes,
@@ -41,7 +41,7 @@ from trackmark.bench.pages.cards import (
     pair_differences,
     published_ranking,
     sequence_folds,
-    subset_table,
+    subset_means,
     worst_frames,
 )
 from trackmark.bench.pages.charts import (
@@ -57,6 +57,7 @@ from trackmark.bench.pages.player_runs import collect_runs, name_on_page
 from trackmark.bench.protocols import ONE_PASS, TIMING
 from trackmark.bench.store.runs import DEFAULT_METRICS, Runs
 from trackmark.datasets.spec_string import format_text
+from trackmark.reports.printable import one_line
 from trackmark.reports.svg import CROWDED
 from trackmark.reports.tables import MISSING, Table, text_table
 
@@ -130,7 +131,7 @@ class ReportPage:
             sequences,
             meta=self._counts(),
             heading=self.sentences.heading,
-            details=self.sentences.details,
+            details=[*self.sentences.details, *self._reason()],
         )
         return write_page(path, page)
 
@@ -152,6 +153,14 @@ class ReportPage:
         except ComparisonError as error:
             return None, Answer("", (f"There is no comparison: {error}",))
         return comparison, sentences
+
+    def _reason(self) -> Iterator[Markup]:
+        """Yield why there is no clear winner, with a link to the intervals of the pairs."""
+        if self.comparison is None or self.ranking is not None:
+            return
+        if reason := no_winner_reason(self.comparison):
+            link = Markup('<a href="#part-pairs">see the intervals of the differences</a>')
+            yield Markup("{}: {}.").format(one_line(reason), link)
 
     def _notes(self) -> Iterator[str]:
         """Yield sentences on boxes that look like corners and on failed runs."""
@@ -213,9 +222,8 @@ class ReportPage:
             )
             options: dict[str, Any] = {"caption": caption, "span": 6, "nav": "Lost runs"}
             yield PageSection("lost", title, [losses], **options)
-        if subsets := subset_table(self.scored, self.stored_runs.attributes, runs):
-            cards = [card("page_table", sheet=subsets)]
-            yield PageSection("subsets", "By parameter and attribute", cards)
+        if subsets := subset_means(self.scored, self.stored_runs.attributes, runs):
+            yield PageSection("subsets", "By parameter and attribute", [subsets])
         n_runs = self.scored.groupby("tracker").size()
         if self.survival and n_runs.min() >= _MIN_RUNS_OF_SURVIVAL:
             cards = [card("chart", chart=chart) for chart in self.survival]

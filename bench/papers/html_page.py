@@ -64,6 +64,7 @@ def write_html_page(path: Path, report: Report, progress: Progress = lambda *_: 
         heading=without_markup(heading),
         sums=setting_counts(report.verdicts),
         details=[without_markup(details)],
+        styles=["paper.css"],
     )
     return write_page(path, page)
 

@@ -26,9 +26,8 @@ def write_front_page(results_root: Path) -> Path:
     cards = [card("paper_summaries", papers=papers)]
     section = PageSection("papers", "Verdicts in two settings", cards, caption=caption)
     n_reproduced = sum(bool(paper["counts"]) for paper in papers)
-    page = Page(
-        "trackmark", [section], heading=f"{n_reproduced} of {len(papers)} papers reproduced"
-    )
+    heading = f"{n_reproduced} of {len(papers)} papers reproduced"
+    page = Page("trackmark", [section], heading=heading, styles=["paper.css"])
     return write_page(results_root / "report.html", page)[0]
 
 

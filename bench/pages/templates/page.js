@@ -10,6 +10,7 @@ function make(name, attributes = {}, ...children) {
   node.append(...children);
   return node;
 }
+const withMinus = (number) => String(number).replace(/^-/, "−");
 const draw = (name, attributes, ...children) => make(name, { svg: true, ...attributes }, ...children);
 
 // ---- The page address stores the selection, so that a link opens the same view.
@@ -59,20 +60,24 @@ addEventListener("click", (event) => {
   event.preventDefault();
   openPlayer(selection);
 });
-const openPlayer = (selection) => choose({ tracker: null, repetition: null, start: null, trajectory: null, show: null, ...Object.fromEntries(new URLSearchParams(selection)) }, true);
+const openPlayer = (selection) => choose({ tracker: null, repetition: null, start: null, trajectory: null, show: null, alone: null, ...Object.fromEntries(new URLSearchParams(selection)) }, true);
 
 // ---- Tables: a click on a head sorts by its column, first the largest numbers; other texts follow.
 const NUMBER = /^[[(~<>≤≥]*\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d+)?)(?=$|[\s,;%\])±–*])/i;
 
 /** Return the number at the start of a text, such as `~3.1`, `< .001`, `[-0.2, 0.1]` or `54 of 99`; dates are no numbers. */
-const numberIn = (text) => Number(NUMBER.exec(text)?.[1] ?? -Infinity);
-for (const head of document.querySelectorAll("thead th:has(button)")) head.addEventListener("click", () => {
+const numberIn = (text) => Number(NUMBER.exec(text.replace(/−/g, "-"))?.[1] ?? -Infinity);
+for (const head of document.querySelectorAll("table:not(#heat, #main) thead th")) {
+  head.replaceChildren(make("button", head.textContent ? {} : { "aria-label": "row" }, ...head.childNodes));
+  head.addEventListener("click", () => sortRows(head));
+}
+function sortRows(head) {
   const body = head.closest("table").tBodies[0], sign = head.ariaSort === "descending" ? 1 : -1;
   const key = (row) => row.cells[head.cellIndex].textContent.trim();
   body.append(...[...body.rows].sort((a, b) => sign * (numberIn(key(a)) - numberIn(key(b)) || key(b).localeCompare(key(a)))));
   for (const other of head.parentElement.cells) other.ariaSort = null;
   head.ariaSort = sign > 0 ? "ascending" : "descending";
-});
+}
 
 // ---- The heat map: the filter keeps the rows that contain a word.
 byId("filter")?.addEventListener("input", ({ target }) => {
@@ -152,7 +157,7 @@ class Plot {
     });
     this.show(event.clientX, event.clientY);
   }
-  text(y) { return this.figure.dataset.percent ? `${Math.round(100 * this.yAt(y))} %` : this.yAt(y).toFixed(2); }
+  text(y) { return this.figure.dataset.percent ? `${Math.round(100 * this.yAt(y))} %` : withMinus(this.yAt(y).toFixed(2)); }
   show(left, top) {
     const [x, y] = this.line.points[this.index], box = this.svg.getBoundingClientRect(), scale = box.width / this.svg.viewBox.baseVal.width;
     const at = `${this.figure.dataset.x} ${this.xAt(x).toFixed(this.digits)}`;

@@ -130,7 +130,7 @@ function lostFrame(run) {
 /** Draw the curve of all frames and a lane per tracker. */
 function drawCurve() {
   const lanes = drawnRuns().slice(0, MAX_LANES);
-  byId("curve").style.height = `${PLOT.top + PLOT.height + 6 + PLOT.lane * shownRuns().slice(0, MAX_LANES).length + PLOT.bottom}px`;
+  byId("curve").style.height = `${PLOT.top + PLOT.height + 6 + PLOT.lane * Math.min(selectedTrackers().length, MAX_LANES) + PLOT.bottom}px`;
   const canvas = curvePen.canvas, ratio = devicePixelRatio || 1, width = canvas.clientWidth, height = canvas.clientHeight;
   canvas.width = width * ratio;
   canvas.height = height * ratio;

@@ -15,13 +15,16 @@ let painted = null, paintedMap = null, paintedFrame = -1;  // image, map and num
 const repetition = () => Number(state.get("repetition") || 0);
 const start = () => Number(state.get("start") || 0);
 const focus = () => data.labels.indexOf(state.get("tracker"));
+const alone = () => (state.has("alone") ? Number(state.get("alone")) : -1);  // the only tracker that is shown
 const trackersHere = () => [...new Set(sequence.runs.map((run) => run.tracker))].sort((a, b) => a - b);
-function shownTrackers() {
+/** Return the trackers that are not hidden, also while only one of them is shown. */
+function selectedTrackers() {
   const here = trackersHere(), selected = state.get("show");
   let shown = selected === null ? here.slice(0, 9) : selected.split(".").map(Number).filter((tracker) => here.includes(tracker));
   if (selected === null && here.includes(focus()) && !shown.includes(focus())) shown = [...shown, focus()];
   return shown;
 }
+const shownTrackers = () => (trackersHere().includes(alone()) ? [alone()] : selectedTrackers());
 const rowOf = (run) => (state.get("trajectory") === "revised" && run.revised !== null ? run.revised : run.row);
 function otherRun() {
   return state.has("other") ? sequence.runs.find((run) => nameOf(run) === state.get("other")) : undefined;
@@ -103,7 +106,7 @@ function scoresIn(run) {
 }
 
 function numbersIn(run) {
-  return Object.entries(run.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${values[frame]}`).join(" · ");
+  return Object.entries(run.numbers).filter(([, values]) => values[frame] !== null).map(([name, values]) => `${name} ${withMinus(values[frame])}`).join(" · ");
 }
 
 /** Update scores and numbers of the trackers in the frame. */
@@ -112,7 +115,7 @@ function showNumbers() {
   for (const button of trackerButtons()) {
     const run = drawn.find((one) => one.tracker === button.tracker);
     button.label.textContent = nameIn(run || sequence.run(button.tracker, repetition(), start()));
-    button.lastChild.replaceChildren(...(run ? scoresIn(run) : []));
+    button.lastChild.replaceChildren(...(run ? scoresIn(run) : ["hidden"]));
   }
   const weighing = mapRun();
   byId("map-tracker").textContent = weighing ? `of ${data.trackers[weighing.tracker]}` : "";
@@ -127,14 +130,15 @@ function options(select, entries, chosen) {
   if (select.selectedIndex < 0) select.value = "";  // an unknown value selects the empty option
 }
 
-/** Make a button per tracker, which shows or hides the tracker. */
+/** Make a button per tracker, which shows only this tracker, or shows or hides it. */
 function makeLegend() {
   const truth = make("button", { type: "button", disabled: "", title: "ground-truth box" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
     const name = make("span"), attributes = { type: "button", class: `c${Math.min(tracker, 6)}` };
     if (position < 9) attributes["aria-keyshortcuts"] = position + 1;
     const button = Object.assign(make("button", attributes, sampleOf(tracker), name, make("span", { class: "scores" })), { tracker, label: name });
-    button.addEventListener("click", () => toggle(tracker));
+    button.addEventListener("click", (event) => (event.shiftKey ? toggle : showAlone)(tracker));
+    button.addEventListener("contextmenu", (event) => { event.preventDefault(); toggle(tracker); });  // a long press, too
     return button;
   }));
 }
@@ -159,15 +163,17 @@ function arrange() {
   byId("values").style.minHeight = `${1.5 * drawnRuns().filter((run) => run.numbers).length}em`;
   const shown = shownTrackers();
   for (const button of trackerButtons()) {
-    button.setAttribute("aria-pressed", shown.includes(button.tracker));
-    button.title = sequence.run(button.tracker, repetition(), start()).failure;
+    button.classList.toggle("off", !shown.includes(button.tracker));
+    button.setAttribute("aria-pressed", button.tracker === alone());
+    button.title = sequence.run(button.tracker, repetition(), start()).failure || "Show only this tracker; Shift and click: show or hide it";
     const isFocus = button.tracker === focus();
     if (isFocus && !button.label.classList.contains("focus")) requestAnimationFrame(() => button.scrollIntoView({ block: "nearest" }));
     button.label.classList.toggle("focus", isFocus);
   }
   arrangeLayers();
   screen.classList.toggle("lens", state.has("lens"));
-  showMessage(statusText());
+  showMessage([notice, statusText()].filter(Boolean).join(" "));
+  notice = "";
   drawCurve();
   drawStrip().catch(showError);
 }
@@ -177,7 +183,7 @@ function statusText() {
   const own = sequence.runs.filter((run) => run.tracker === focus());
   const exists = {
     tracker: own.length, repetition: sequence.runs.some((run) => run.repetition === repetition()), start: sequence.runs.some((run) => run.start === start()),
-    frame: state.get("frame") >= 0 && state.get("frame") < sequence.n_frames, other: otherRun(), map: mapNames().includes(state.get("map")), show: state.get("show") === "none" || shownTrackers().length,
+    frame: state.get("frame") >= 0 && state.get("frame") < sequence.n_frames, other: otherRun(), map: mapNames().includes(state.get("map")), show: state.get("show") === "none" || shownTrackers().length, alone: trackersHere().includes(alone()),
   };
   const messages = Object.keys(exists).filter((key) => state.has(key) && !exists[key]).map((key) => `This sequence has no ${NOUNS[key] || key} ${state.get(key)}.`);
   if (sequence.reason) messages.push(sequence.reason);
@@ -185,7 +191,7 @@ function statusText() {
   for (const run of runs) if (run.failure) messages.push(`${data.trackers[run.tracker]}, repetition ${run.repetition}, failed: ${run.failure}`);
   return messages.join(" ");
 }
-const NOUNS = { other: "run", show: "tracker" };
+const NOUNS = { other: "run", show: "tracker", alone: "tracker" };
 
 /** Update the menu of layers, maps and other runs. */
 function arrangeLayers() {
@@ -213,8 +219,18 @@ function nextMap() {
 
 function toggle(tracker) {
   const shown = shownTrackers();
-  choose({ show: (shown.includes(tracker) ? shown.filter((one) => one !== tracker) : [...shown, tracker]).sort((a, b) => a - b).join(".") || "none" });
+  choose({ alone: null, show: (shown.includes(tracker) ? shown.filter((one) => one !== tracker) : [...shown, tracker]).sort((a, b) => a - b).join(".") || "none" });
 }
+
+let notice = "";  // message for the next update of the controls
+/** Show only a tracker; if it is already alone, show the trackers as before. */
+function showAlone(tracker) {
+  const again = tracker === alone();
+  notice = again ? "The trackers are shown as before." : `Only ${data.trackers[tracker]} is shown.`;
+  choose({ alone: again ? null : tracker });
+}
+/** Return the tracker whose button has the focus, else the one that is alone, the selected one, or the first. */
+const trackerAtHand = () => document.activeElement.tracker ?? [alone(), focus(), shownTrackers()[0]].find((one) => trackersHere().includes(one)) ?? trackersHere()[0];
 
 // ---- Reaction to a changed page address.
 let drawnFor = "";
@@ -358,7 +374,7 @@ const KEYS = {
   PageUp: () => move(frame - 10), PageDown: () => move(frame + 10),
   Home: () => move(0), End: () => move(sequence.n_frames - 1),
   g: () => { byId("frame").focus(); byId("frame").select(); },
-  f: nextLoss, c: () => hold(true),
+  f: nextLoss, a: () => showAlone(trackerAtHand()), c: () => hold(true),
   b: () => toggleLayer("boxes"), k: () => toggleLayer("masks"), n: () => toggleLayer("contours"), p: () => toggleLayer("particles"), h: nextMap,
   o: flipTrajectory, e: () => flip("curve", "error"), m: () => flip("lens", "1"),
   s: save, l: copyLink, "?": help,

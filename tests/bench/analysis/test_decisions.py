@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from trackmark.bench.analysis.comparison import Comparison, Pair, Standing
-from trackmark.bench.analysis.decisions import answer_of
+from trackmark.bench.analysis.decisions import answer_of, no_winner_reason
 from trackmark.bench.analysis.run_tables import SUMMARY
 from trackmark.bench.statistics.rules import Decision
 from trackmark.bench.statistics.units import units_of
@@ -20,8 +20,8 @@ def standing(name, mean, interval=None, milliseconds=nan, clock=""):
     return Standing(name, mean, interval, False, nan, milliseconds, 1e3 / milliseconds, clock)
 
 
-def answer(main, standings, n=8, decisions=None, measure=OVERLAP, **changes):
-    """Return the answer on n sequences.
+def compared(main, standings, n=8, decisions=None, measure=OVERLAP, **changes):
+    """Return a comparison on n sequences.
 
     `decisions`: label of the main tracker against others, by name. `changes`: further fields of the
     comparison.
@@ -33,7 +33,7 @@ def answer(main, standings, n=8, decisions=None, measure=OVERLAP, **changes):
         for name, label in (decisions or {}).items()
     ]
     fields = {"against": False, "failures": {}, "left_out": [], "not_repeatable": []}
-    comparison = Comparison(
+    return Comparison(
         measure=measure,
         units=units_of(sequences),
         sequences=sequences,
@@ -44,7 +44,11 @@ def answer(main, standings, n=8, decisions=None, measure=OVERLAP, **changes):
         attributes=[],
         **(fields | changes),
     )
-    return answer_of(comparison)
+
+
+def answer(main, standings, *arguments, **options):
+    """Return the answer of `compared`."""
+    return answer_of(compared(main, standings, *arguments, **options))
 
 
 def ranked(*names):
@@ -103,6 +107,25 @@ def test_answer_follows_from_the_decisions(labels, heading, second):
     decisions = {"bcdefghi"[n]: label for n, label in enumerate(labels)}
     details = (f"Mean overlap on 8 sequences{second}.",)
     assert answer("a", ranked("a", *decisions), decisions=decisions) == (heading, details)
+
+
+@pytest.mark.parametrize(
+    ("labels", "reason"),
+    [
+        (["inconclusive"] * 2, "a is not clearly different from b and c"),
+        (["inconclusive", "equivalent", "better"], "a is not clearly different from b"),
+        (
+            ["inconclusive"] * 4 + ["better"] * 4,
+            "a is not clearly different from 4 of the other 8 trackers",
+        ),
+        (["better", "inconclusive"], ""),  # the answer names the best tracker
+        (["equivalent"], ""),
+    ],
+)
+def test_reason_names_the_trackers_that_are_not_separated(labels, reason):
+    decisions = {"bcdefghi"[n]: label for n, label in enumerate(labels)}
+    assert no_winner_reason(compared("a", ranked("a", *decisions), 8, decisions)) == reason
+    assert no_winner_reason(compared("a", ranked("a", *decisions), 3, decisions)) == ""
 
 
 def test_named_tracker_is_compared_with_all_others():

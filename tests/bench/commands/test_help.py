@@ -11,6 +11,7 @@ import pytest
 from click.testing import CliRunner
 
 from tests.bench.commands.conftest import TINY, unwrapped
+from tests.bench.pages.reading import size_without_frames
 from trackmark import bench, trackers
 from trackmark.bench.commands import describe
 from trackmark.bench.commands.results import command as results_command
@@ -129,7 +130,9 @@ def test_demo_runs_and_draws_its_pictures(trackmark_process, workspace):
     folder = workspace / "out" / "demo"
     assert text.splitlines()[-1].startswith(f"Report  {Path('out', 'demo', 'report.html')}")
     assert len(text.splitlines()) <= 20
-    assert "nummiaro2003/students" in (folder / "report.html").read_text()
+    page = (folder / "report.html").read_text()
+    assert "nummiaro2003/students" in page
+    assert size_without_frames(page) < 240_000  # with the font
     pictures = [cv2.imread(str(path)) for path in folder.glob("*.png")]
     assert len(pictures) == 12  # four charts and a film strip per sequence
     assert all(picture is not None for picture in pictures)

@@ -20,7 +20,7 @@ DEFAULTS |= {"repetition": 0, "start": 0, "start_label": "", "scored": [], "rest
 
 
 class Cells(HTMLParser):
-    """Parser of the tables in the HTML of a page."""
+    """Parser of the tables in the HTML of a page, which omits end tags that HTML implies."""
 
     def __init__(self, text):
         super().__init__()
@@ -34,6 +34,8 @@ class Cells(HTMLParser):
         self.tags.append(tag)
         if tag == "table":
             self._table = self.tables[values["id"]] = []
+        if tag in ("td", "th", "tr"):
+            self._cell = None
         if tag == "tr":
             self._row = []
             self._table.append(self._row)
@@ -44,7 +46,7 @@ class Cells(HTMLParser):
             self._cell["link"] = address_of(values["href"], self._data)
 
     def handle_endtag(self, tag):
-        if tag in ("td", "th"):
+        if tag in ("thead", "tbody", "tfoot", "table"):
             self._cell = None
 
     def handle_data(self, text):
@@ -159,6 +161,12 @@ def curves_of(text, chart):
     return curves
 
 
+def size_without_frames(text):
+    """Return the number of characters of a page without the frames and boxes of its player."""
+    text = re.sub(r'<script type="text/plain".*?</script>', "", text, flags=re.S)
+    return len(re.sub(r"data:image/webp;base64,[^\"]*", "", text))
+
+
 def violations(opened, axe):
     """Return the rules that a page violates, with the first element."""
     opened.run(f"{axe}; 0")
@@ -222,6 +230,6 @@ def check_texts(*paths):
         assert max(map(len, texts.captions)) <= 160, max(texts.captions, key=len)
         assert all(len(section.split()) > 4 for section in texts.sections)
         for table in re.findall(r"<tbody>.*?</tbody>", text, re.S):
-            cells = re.findall(r"<td[^>]*>(.*?)</td>", table, re.S)
+            cells = re.findall(r"<td[^>]*>(.*?)(?=<t[dhr]\b|</tbody>)", table, re.S)
             dashes = [re.sub("<.*?>", "", cell).strip() in ("—", "–") for cell in cells]
             assert not all(dashes) or "heat" in text.partition(table)[0][-900:]

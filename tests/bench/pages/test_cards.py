@@ -6,9 +6,10 @@ from math import nan
 from types import SimpleNamespace
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from trackmark.bench.pages.cards import lost_runs
+from trackmark.bench.pages.cards import lost_runs, subset_means
 from trackmark.bench.pages.content import PlayerRun, PlayerSequence
 from trackmark.bench.pages.page import card
 from trackmark.reports.charts import Chart, Line, PlayerPosition
@@ -26,8 +27,10 @@ FRAME = {"image": b"RIFF", "size": (4, 3), "truth": [nan] * 4, "description": "f
 FRAME |= {"boxes": [(1, 1, [1, 1, 2, 1]), (2, 2, [nan] * 4)]}
 ENTRY = {"sequence": "s", "label": "b", "frame": "", "position": POSITION}
 PAIR = {"tracker": 1, "label": "b", "decision": "better", "difference": 0.181, "wins": "6 of 7"}
-PAIR |= {"position": POSITION, "interval": [0.1, 0.26], "at": [0.6, 0.55, 0.65], "tip": "same"}
+PAIR |= {"position": POSITION, "interval": [-0.1, 0.26], "at": [0.6, 0.55, 0.65], "tip": "same"}
 FEW = PAIR | {"decision": "", "interval": None, "tip": "", "position": None}
+BEST_CELL = {"text": "0.812", "interval": "[0.700, 0.900]", "position": POSITION, "is_best": True}
+NO_CELL = {"text": "—", "interval": "", "position": None, "is_best": False}
 CHART = Chart("t", "overlap", "y", [Line("a", 0, [0, 1], [1, 0.25])], "w", top=1.0, figure="f")
 SEQUENCE = PlayerSequence("s", (4, 3), np.zeros((9, 4)), [], reason="no file")
 
@@ -60,7 +63,8 @@ PARTS = [
         [
             '<svg class="still" viewBox="0 0 4 3" role="img" aria-label="frame 7"><image href="'
             'data:image/webp;base64,UklGRg==" width="4" height="3"',
-            '<path class="box c1" d="M1.0,1.0h2.0v1.0h-2.0Z" stroke-dasharray="7 4"/></svg>',
+            '<path class="rim" d="M1.0,1.0h2.0v1.0h-2.0Z"/>'
+            '<path class="box c1 d1" d="M1.0,1.0h2.0v1.0h-2.0Z"/>',
         ],
     ),
     (
@@ -106,15 +110,25 @@ PARTS = [
         ],
     ),
     (
+        "subset_means",
+        {"trackers": [(0, "a"), (1, "b")], "scope": "for new scenes", "has_marks": True}
+        | {"rows": [{"label": "noise=30", "n_sequences": 7, "cells": [BEST_CELL, NO_CELL]}]},
+        [
+            "; in brackets: 95 % interval for new scenes; bold: no tracker is better.",
+            '<th scope="row">noise=30</th><td>7</td>',
+            f'<td class="best"><a {LINK}>0.812</a><small>[0.700, 0.900]</small></td><td>—</td>',
+        ],
+    ),
+    (
         "pair_differences",
         {"shown": [(0, "a", [PAIR])], "folded": [(1, "c", [FEW])], "n_folded": 1, "high": 0.5}
         | {"is_decided": True, "note": ""},
         [
             '<span class="who">* <span><b>a</b> minus</span></span>',
-            "<i>-0.5</i><i>0</i><i>+0.5</i>",
+            "<i>−0.5</i><i>0</i><i>+0.5</i>",
             f'<li class="better"><a class="row" data-tip="same" {LINK}><span class="who">* <span>',
             '<i class="interval" style="left:55.0%;width:10.0%"></i><i class="point" style="left:6',
-            "<b>better</b> +0.18 <small>[+0.10, +0.26]</small></span><span><i>higher on </i>6 of 7",
+            "+0.18 <b>better</b> <small>[−0.10, +0.26]</small></span><span><i>higher on </i>6 of 7",
             "<b>1 more pairs</b>",
             '<li class="few"><div class="row"><span class="who">',  # too few sequences: no decision
         ],
@@ -150,7 +164,7 @@ PARTS = [
         | {"link": "#x"},
         [
             '<details class="fold" id="k"><summary><span class="result"><b>s</b> <small>b, 0.50',
-            '<i class="fill c1" title="b 0.50" style="height:13.0px"></i>',
+            '<i class="fill c1" title="b 0.50" style="height:13px"></i>',
             '<p class="note">no file</p><p><a class="open" href="#x">Open in the player</a>',
         ],
     ),
@@ -169,7 +183,7 @@ PARTS = [
 @pytest.mark.parametrize(("name", "values", "parts"), PARTS, ids=[name for name, *_ in PARTS])
 def test_card_has_its_values_and_links(name, values, parts):
     text = re.sub(r"(?<=>)\s{2,}(?=<)|\s*\n\s*", "", card(name, **values))
-    text = re.sub(r'<svg class="dot.*?</svg>', "*", text)
+    text = re.sub(r'<b class="dot.*?</b>', "*", text)
     for part in parts:
         assert part in text
 
@@ -180,6 +194,29 @@ def lost_run(tracker, mean_overlap):
         is_ellipse=False, shapes={}, maps={}, overlaps=np.zeros(9, np.float32), shares={},
         worst={("overlap", "online"): (-mean_overlap, 3), ("loss", "online"): (-3.0, 3)},
     )  # fmt: skip
+
+
+def test_subset_marks_the_trackers_that_none_is_better_than():
+    def cells(overlaps):
+        """Return mean, interval and mark of each tracker on the six scenes with noise."""
+        names = [f"s:scene={n}:noise=30" for n in range(6)] + ["s:scene=6"]
+        rows = [(name, t, overlaps[t][n % 6]) for t in overlaps for n, name in enumerate(names)]
+        scored = pd.DataFrame(rows, columns=["sequence", "tracker", "mean_overlap"])
+        sequences = [SimpleNamespace(name=name) for name in names]
+        runs = SimpleNamespace(trackers=[*overlaps], sequences=sequences)
+        runs.worst_position_on = lambda *_: None
+        text = subset_means(scored, {}, runs)
+        row = text[text.index(">noise=30<") :]
+        return re.findall(r"<td( class=.best.)?>(—|\d\.\d+)(?:<small>(.*?)</small>)?", row)[:3]
+
+    high, near, low = (np.arange(6) / 100 + start for start in (0.8, 0.79, 0.1))
+    decided = cells({"a": high, "b": near[::-1], "c": low})
+    assert [bool(mark) for mark, *_ in decided] == [True, True, False]
+    assert [mean for _, mean, _ in decided] == ["0.825", "0.815", "0.125"]
+    assert all(re.fullmatch(r"\[0\.\d{3}, 0\.\d{3}\]", interval) for *_, interval in decided)
+    undecided = cells({"a": high, "b": near[::-1], "c": np.full(6, nan)})
+    assert [bool(mark) for mark, *_ in undecided] == [False] * 3
+    assert undecided[2] == ("", "—", "")
 
 
 def test_lost_runs_show_each_tracker_first():

@@ -71,7 +71,7 @@ def test_boxes_are_drawn_at_their_places(opened_page, results):
     assert opened_page.run("sequence.box(0, 30)") == pytest.approx(truth.boxes[30], abs=0.0501)
     # The right edge of the ground truth, in the middle, is white or black: its dashes.
     opened_page.run("choose({show: 'none'})")
-    opened_page.wait("!byId('legend').querySelector('[aria-pressed=true]')")
+    opened_page.wait("byId('legend').querySelectorAll('.off').length === 3")
     x, y, width, height = truth.boxes[30]
     scale = opened_page.run("screen.width / sequence.size[0]")
     pixels = opened_page.run(
@@ -153,6 +153,38 @@ def test_keyboard_keeps_the_focus_and_does_one_thing_at_a_time(opened_page):
     opened_page.run("byId('legend').children[2].focus()")
     opened_page.key(" ")
     assert opened_page.run("[...byId('legend').children].indexOf(document.activeElement)") == 2
+
+
+def test_one_tracker_is_shown_alone_by_click_and_key(opened_page):
+    open_frame(opened_page, sequence=canonical_name(FIRST), frame=5)
+    drawn, all_boxes = "drawnRuns().map((run) => run.tracker)", opened_page.run(PIXELS)
+    pressed = "trackerButtons().map((button) => button.ariaPressed).join(' ')"
+    name = opened_page.run("data.trackers[1]")
+    for act, back in (
+        (lambda: opened_page.click("#legend button:nth-child(3)"),) * 2,
+        (lambda: opened_page.key("Enter"), lambda: opened_page.key("a")),
+    ):
+        act()
+        opened_page.wait(f"{pressed} === 'false true false' && {PIXELS} !== {all_boxes!r}")
+        assert opened_page.run(drawn) == [1]
+        assert opened_page.run(MESSAGE) == f"Only {name} is shown."
+        assert opened_page.run("trackerButtons()[0].lastChild.textContent") == "hidden"
+        assert state(opened_page)["alone"] == "1"
+        back()
+        opened_page.wait(f"{pressed} === 'false false false' && {PIXELS} === {all_boxes!r}")
+        assert opened_page.run(MESSAGE) == "The trackers are shown as before."
+        opened_page.run("byId('legend').children[2].focus()")
+    opened_page.run("document.activeElement.blur()")
+    for expected in ("1", "0,1,2", "0"):  # the selected tracker, or the one that is alone
+        if expected == "1":
+            opened_page.run("choose({tracker: data.labels[1]})")
+        elif expected == "0":
+            opened_page.run("choose({tracker: null})")
+        opened_page.key("a")
+        opened_page.wait(f"{drawn}.join() === '{expected}'")
+    opened_page.key("3")  # shows another one as well
+    opened_page.wait(f"{drawn}.join() === '0,2'")
+    assert opened_page.run("byId('help').textContent.includes('show only the selected tracker')")
 
 
 def drifting_index(opened_page):

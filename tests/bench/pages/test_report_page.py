@@ -77,12 +77,14 @@ def test_numbers_are_those_of_csv_and_json(trackmark, workspace):
     comparison = json.loads(trackmark("compare", "--results", "results/mine", "--json").stdout)
     check_cards(page, tables, by_sequence, comparison)
     check_subsets(page_tables["subsets"], by_sequence)
+    main_text = re.sub("<.*?>", " ", page[page.index("<main") : page.index("</main>")])
+    assert not re.search(r"(?<=[\s\[(~])-\.?\d", main_text)  # true minus signs
     check_terminal(lines.stdout, page, tables, comparison)
 
 
 def check_subsets(subset_table, overlaps):
     """Check the mean overlaps by parameter value against those by sequence."""
-    trackers = [cell["text"] for cell in subset_table[0][2:]]
+    trackers = [cell["text"].strip() for cell in subset_table[0][2:]]
     rows = {row[0]["text"]: row[1:] for row in subset_table[1:]}
     for noise in (10, 20):
         members = {name for name, _ in overlaps if f"noise={noise}" in name}
@@ -127,12 +129,13 @@ def check_cards(page, tables, overlaps, comparison):
     n_rows = 0
     for group in page.split('<div class="lead-head differences">')[1:]:
         first = re.search(r"<b>(.*?)</b> minus", group)[1].replace("<wbr>", "")
-        row = r'<li class="(\w+)"><\w+ class="row".*?</svg> <span>(.*?)</span>.*?([+-]\d\.\d\d)'
+        row = r'<li class="(\w+)"><\w+ class="row".*?</b> <span>(.*?)</span>.*?([+−]\d\.\d\d)'
         for decision, label, value in re.findall(row, group, re.S):
             second = label.replace("<wbr>", "")
             turned = (first, second) not in pairs
             pair = pairs[(second, first) if turned else (first, second)]
-            assert value == f"{pair['difference'] * (-1 if turned else 1):+.2f}"
+            difference = pair["difference"] * (-1 if turned else 1)
+            assert value.replace("−", "-") == f"{difference:+.2f}"
             assert decision == (
                 opposite.get(pair["decision"], pair["decision"]) if turned else pair["decision"]
             )
@@ -146,7 +149,7 @@ def check_terminal(output, page, tables, comparison):
     Each tracker has one time: in leaderboard, terminal, summary and comparison.
     """
     (heading,) = re.findall("<h1>(.*?)</h1>", page)
-    assert " ".join(output.split()).startswith(heading)
+    assert " ".join(output.split()).startswith(heading.replace("\u00a0", " "))
     by_measure = {(row["tracker"], row["measure"]): row["mean"] for row in tables["summary"]}
     board = dict(re.findall(r'data-k="(\d+)".*?<i>ms/frame </i>(.*?)</span>', page, re.S))
     labels = data_of(page)["labels"]
@@ -208,7 +211,7 @@ def test_subsets_open_the_worst_frame_of_their_sequences(results, page):
     name = canonical_name("plain/target:length=60:scene=9:noise=30")
     worst = {(row[0], row[1]["text"]): row[2]["link"] for row in rows_of_sequences(text)}
     subsets = {row[0]["text"]: row for row in tables["subsets"][1:]}
-    trackers = [heading["text"] for heading in tables["subsets"][0][2:]]
+    trackers = [heading["text"].strip() for heading in tables["subsets"][0][2:]]
     links = [cell["link"] for cell in subsets["noise=30"][2:]]
     assert links == [worst[name, tracker] for tracker in trackers]
 
@@ -303,9 +306,18 @@ def test_click_on_a_head_sorts_its_column(opened_page):
     opened_page.click("#summary thead th:nth-child(2) button")
     assert opened_page.run("document.querySelector('th[aria-sort]').ariaSort") == "ascending"
     assert opened_page.run(column) == values[::-1]
-    texts = ["[-0.2, 0.1]", "< .001", "~3.1", "54 of 99", "2026-11-23", "294f9cd0", "— (1 failed)"]
+    texts = [
+        "[-0.2, 0.1]",
+        "−0.3",
+        "< .001",
+        "~3.1",
+        "54 of 99",
+        "2026-11-23",
+        "294f9cd0",
+        "— (1 failed)",
+    ]
     numbers = opened_page.run(f"{json.dumps(texts)}.map(numberIn).map(String)")
-    assert numbers == ["-0.2", "0.001", "3.1", "54", *["-Infinity"] * 3]
+    assert numbers == ["-0.2", "-0.3", "0.001", "3.1", "54", *["-Infinity"] * 3]
 
 
 def test_published_scores_are_ranked_among_the_trackers(trackmark, workspace):

@@ -30,16 +30,15 @@ def texts(svg):
 def test_golden_chart():
     chart = Chart("", "x", "y", [Line("a", 0, [0, 1], [0, 0.5])], "w", top=1.0)
     assert chart_svg(chart, 148, 156) == (
-        '<svg viewBox="0 0 156 148" role="img" aria-label="w" data-scale="42 142 0 1 110 10 0 1">'
+        '<svg viewBox="0 0 156 148" role="img" aria-label="w" data-scale="42 142 0 1 110 10 0 1" '
+        'text-anchor="middle">'
         '<path class="grid" d="M42,110H142M42,90H142M42,70H142M42,50H142M42,30H142M42,10H142"/>'
         '<text x="36" y="114" text-anchor="end">0</text><text x="36" y="94" text-anchor="end">0.2'
         '</text><text x="36" y="74" text-anchor="end">0.4</text><text x="36" y="54" '
         'text-anchor="end">0.6</text><text x="36" y="34" text-anchor="end">0.8</text><text x="36" '
-        'y="14" text-anchor="end">1</text><text x="42" y="127" text-anchor="middle">0</text>'
-        '<text x="62" y="127" text-anchor="middle">0.2</text><text x="82" y="127" '
-        'text-anchor="middle">0.4</text><text x="102" y="127" text-anchor="middle">0.6</text>'
-        '<text x="122" y="127" text-anchor="middle">0.8</text><text x="142" y="127" '
-        'text-anchor="middle">1</text><text x="92" y="144" text-anchor="middle">x</text>'
+        'y="14" text-anchor="end">1</text><text x="42" y="127">0</text><text x="62" y="127">0.2'
+        '</text><text x="82" y="127">0.4</text><text x="102" y="127">0.6</text><text x="122" '
+        'y="127">0.8</text><text x="142" y="127">1</text><text x="92" y="144">x</text>'
         '<path class="curve c0" data-k="0" d="M42 110l100-50"/>LABEL</svg>'
     ).replace("LABEL", re.search("<text class=.*?</text>", chart_svg(chart, 148, 156))[0])
 
@@ -61,6 +60,27 @@ def test_names_of_lines_overlap_no_other_name_and_stay_inside():
         assert 42 < x < 426
         assert 10 < y < 262
         assert all(abs(y - b) >= 12 or abs(x - a) > 60 for a, b in boxes[:number])
+
+
+def test_names_of_points_do_not_cross_intervals():
+    """Two intervals next to each other leave room above and below only."""
+    dots = [Line(f"tracker-{n}", n, [10.0 + n], [0.5], [0.3], [0.7]) for n in range(2)]
+    svg = parsed(Chart("", "time", "overlap", dots, "w", "dots", True, 1.0))
+    names, bars = elements(svg, "name"), elements(svg, "bar")
+    assert [node.text for node in names] == ["tracker-0", "tracker-1"]
+    ends = [[float(end) for end in re.findall(r"[,V]([\d.]+)", bar.get("d"))] for bar in bars]
+    low, high = max(ends[0]), min(ends[0])
+    sides = [node.get("text-anchor") or "middle" for node in names]
+    assert all(
+        side != "middle" or not high - 6 < float(node.get("y")) - 4 < low + 6
+        for side, node in zip(sides, names, strict=True)
+    )
+
+
+def test_numbers_below_zero_have_a_true_minus_sign():
+    svg = parsed(Chart("", "x", "y", [Line("a", 0, [-1, 1], [-0.5, 0.5])], "w"))
+    assert {"−1", "−0.5"} <= {*texts(svg)}
+    assert not any("-" in text for text in texts(svg))
 
 
 def test_crowded_chart_has_colours_for_the_first_lines_only():
