@@ -82,10 +82,10 @@ def file_digests(files: abc.Sequence[Path]) -> list[str]:
     return digests
 
 
-def write_cache(cache: Path, content: bytes) -> None:
+def write_cache(cache: Path, payload: bytes) -> None:
     """Write or replace a cache file as a whole; do nothing if it cannot be written."""
     with suppress(OSError):
         cache.parent.mkdir(parents=True, exist_ok=True)
         with NamedTemporaryFile(dir=cache.parent, delete=False) as file:
-            file.write(content)
+            file.write(payload)
         Path(file.name).replace(cache)

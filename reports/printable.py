@@ -55,13 +55,13 @@ def printable(foreign: str) -> str:
     return _CONTROL.sub(_escaped, foreign)
 
 
-def with_minus(text: str) -> str:
-    """Return the text with true minus signs before its numbers; they are as wide as `+`.
+def with_minus(printed: str) -> str:
+    """Return a printed text with true minus signs before its numbers; they are as wide as `+`.
 
     >>> with_minus("-0.2 [-0.3, +0.1] clip-01")
     '−0.2 [−0.3, +0.1] clip-01'
     """
-    return _MINUS.sub("−", text)
+    return _MINUS.sub("−", printed)
 
 
 def one_line(foreign: str) -> str:

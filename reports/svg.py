@@ -148,15 +148,15 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         if chart.reference_label:
             labels.append((position - 4, bottom - 6, "end", chart.reference_label))
     for across, down, anchor, label in labels:
-        yield _text(label, across, down, anchor)
+        yield _label(label, across, down, anchor)
 
 
-def _text(text: str, x: float, y: float, anchor: str = "middle", class_name: str = "") -> Markup:
+def _label(shown: str, x: float, y: float, anchor: str = "middle", class_name: str = "") -> Markup:
     """Return a text at a position [px]; a chart has the anchor `middle` for all its texts."""
     named = Markup(' class="{}"').format(class_name) if class_name else ""
     anchored = Markup(' text-anchor="{}"').format(anchor) if anchor != "middle" else ""
     element = Markup('<text{} x="{}" y="{}"{}>{}</text>')
-    return element.format(named, _px(x), _px(y), anchored, text)
+    return element.format(named, _px(x), _px(y), anchored, shown)
 
 
 def _px(position: float) -> str:
@@ -273,24 +273,24 @@ def _free_name(
     """
     name, index = _short(line.label), colour_index(line.position)
     wide = _LETTER * len(name)
-    places = [
-        place
+    positions = [
+        position
         for shift in (0, -14, 14, -28, 28, -42, 42)
-        for place in (
+        for position in (
             (across + 10, across + 10, "start", down + shift),
             (across - 10 - wide, across - 10, "end", down + shift),
         )
     ]
     heights = min(ends, default=down) - 10, max(ends, default=down) + 10
-    places += [(across - wide / 2, across, "middle", middle) for middle in heights]
-    for left, start, anchor, middle in places:
+    positions += [(across - wide / 2, across, "middle", middle) for middle in heights]
+    for left, start, anchor, middle in positions:
         right, top, bottom = left + wide, middle - _HEIGHT / 2, middle + _HEIGHT / 2
         is_inside = left >= frame[0] and right <= frame[2] and frame[1] <= top < bottom <= frame[3]
         if is_inside and not any(
             left < x1 and right > x0 and top < y1 and bottom > y0 for x0, y0, x1, y1 in occupied
         ):
             occupied.append((left, top, right, bottom))
-            return _text(name, start, middle + 4, anchor, f"name c{index}")
+            return _label(name, start, middle + 4, anchor, f"name c{index}")
     return Markup("")
 
 
@@ -321,7 +321,7 @@ def _labels(lines: Sequence[Line], x: _Scale, y: _Scale) -> Iterator[Markup]:
         rows[-1][columns] = middle
         centre = grid[columns].mean()
         colour = f"name c{colour_index(line.position)}"
-        yield _text(name, float(centre), middle + 4, class_name=colour)
+        yield _label(name, float(centre), middle + 4, class_name=colour)
 
 
 def _short(label: str) -> str:

@@ -14,8 +14,8 @@ from trackmark.bench.papers.paper import read_paper
 from trackmark.bench.papers.sections import (
     DECIDED,
     DIFFERS,
-    NOT_JUDGED,
     REAL_VIDEO,
+    WITHOUT_CLAIM,
     Section,
     chain_section,
     read_notes,
@@ -107,7 +107,7 @@ def test_pages_have_the_present_notes_and_values(paper):
     assert f"\n\n{content.main_table.caption} Ours: " in read(paper)
     details = details_file(FOLDER / f"{paper}.md").read_text("utf-8")
     choices = Section("", "Choices of the trackers", tables=[choice_table(content)])
-    for section in (Section("", NOT_JUDGED, [notes[NOT_JUDGED]]), choices):
+    for section in (Section("", WITHOUT_CLAIM, [notes[WITHOUT_CLAIM]]), choices):
         assert section_text(section) in details
 
 

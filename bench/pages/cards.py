@@ -426,8 +426,12 @@ def _subset_cell(
         return {"text": MISSING, "interval": "", "position": None, "is_best": False}
     limits = interval_or_none(by_unit, 1, 0.0, 1.0)
     interval = f"[{limits[0]:.3f}, {limits[1]:.3f}]" if limits else ""
-    text = f"{mean:.3f}"
-    return {"text": text, "interval": interval, "position": position, "is_best": is_best}
+    return {
+        "text": f"{mean:.3f}",
+        "interval": interval,
+        "position": position,
+        "is_best": is_best,
+    }
 
 
 def sequence_folds(

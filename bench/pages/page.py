@@ -172,7 +172,7 @@ def _environment() -> Environment:
         "divided": _divided,
         "minus": with_minus,
         # A line does not end between a name and its value.
-        "with_values": lambda text: re.sub(r"(?<=\w) (?=\d+\.\d)", "\u00a0", text),
+        "with_values": lambda message: re.sub(r"(?<=\w) (?=\d+\.\d)", "\u00a0", message),
         "texts": text_columns,
         "address": _address_of,
         "player_link": player_link,

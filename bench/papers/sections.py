@@ -56,7 +56,7 @@ LABEL_SENTENCES = {
 """Explanations of verdicts that are not counted, by their labels."""
 
 DIFFERS, DECIDED = "What differs and why", "Decided after results had been seen"
-NOT_JUDGED = "Statements that are not judged"
+WITHOUT_CLAIM = "Statements that are not judged"
 """Headings in `notes.md`."""
 
 REAL_VIDEO = "Real video"
@@ -130,7 +130,11 @@ def details_sections(
     return [
         Section("method", "Method and videos", [paper.citation, paper.method, VIDEOS, history]),
         *([Section("rules", "Rules of the verdicts", [RULES])] if verdicts else []),
-        *([Section("not-judged", NOT_JUDGED, [notes[NOT_JUDGED]])] if NOT_JUDGED in notes else []),
+        *(
+            [Section("not-judged", WITHOUT_CLAIM, [notes[WITHOUT_CLAIM]])]
+            if WITHOUT_CLAIM in notes
+            else []
+        ),
         Section("scenes", "Criteria of the scenes", tables=[criteria_table(paper.name)]),
         Section("choices", "Choices of the trackers", tables=[choice_table(paper)]),
         Section("considered", "Values that were not taken", tables=[candidate_table(paper)]),

@@ -73,8 +73,8 @@ def read(path: Path, truth: Path | None, value: str) -> Sequence:
             )
         target = value or next(iter(targets))
         source = targets[target]
-        numbers = read_rows(source, {4}, "four numbers, x y width height")
-        rows = GroundTruth(as_boxes(numbers, source, FIRST_PIXEL))
+        values = read_rows(source, {4}, "four numbers, x y width height")
+        rows = GroundTruth(as_boxes(values, source, FIRST_PIXEL))
         n_rows = len(rows.boxes)
         if int(files[0].stem) == 0 and n_rows not in (1, len(files)):
             raise SequenceError(

@@ -188,11 +188,11 @@ class LocationMemory:
         return states_at_rest(np.concatenate([around, inside]), sizes)
 
     def _prediction(self, frame: int) -> tuple[Array, Array]:
-        (start, origin), (end, place) = self._reliable[0], self._reliable[-1]
-        velocity = (place - origin) / max(end - start, 1)
+        (start, origin), (end, position) = self._reliable[0], self._reliable[-1]
+        velocity = (position - origin) / max(end - start, 1)
         fastest = MAX_SPEED * self.half_axes[0]
         lost = frame - end
-        centre = place + lost * np.clip(velocity, -fastest, fastest)
+        centre = position + lost * np.clip(velocity, -fastest, fastest)
         across, upwards = PREDICTED_SPREAD
         spread = np.array([min(MAX_SPREAD, across + SPREAD_GROWTH * lost), upwards])
         return centre, self.half_axes[0] * spread
