@@ -10,7 +10,8 @@ from tests.bench.external.conftest import HOME
 from trackmark.bench.operating_system import TemporaryPath, temporary_folder
 
 CODE = """
-import os, sys
+import signal, sys
+signal.signal(signal.SIGHUP, signal.SIG_DFL)  # also if the tests run under nohup
 sys.path.insert(0, {home!r})
 from trackmark.bench.operating_system import TemporaryPath
 owned = [TemporaryPath({folder!r}, suffix=".bmp", is_file=is_file) for is_file in (True, False)]
