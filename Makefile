@@ -15,7 +15,7 @@ $(DOCS): EXTRAS = dev,docs
 define install
 @PIP_CONSTRAINT=constraints.txt $(BIN)/python -m pip install --quiet --quiet \
   --disable-pip-version-check --no-compile --editable '.[$(EXTRAS)]'
-@$(BIN)/python -m compileall -qq -j 0 $(VENV)/lib
+@$(BIN)/python -m compileall -qq -j 0 -x '/tests/' $(VENV)/lib
 endef
 # Tests start hundreds of processes: keep compiled bytecode for them, even if the environment forbids it.
 test test-full test-weekly test-newest: export PYTHONDONTWRITEBYTECODE =
