@@ -84,7 +84,7 @@ def no_winner_reason(comparison: Comparison) -> str:
 
     The text is empty if the answer is not that there is no clear winner.
     """
-    if not answer_of(comparison).heading.startswith(_NO_WINNER):
+    if not answer_of(comparison).heading.startswith(f"{_NO_WINNER}: "):
         return ""
     other_trackers = [entry for entry in comparison.standings if entry.tracker != comparison.main]
     groups = _groups(comparison, other_trackers)

@@ -372,19 +372,16 @@ def subset_means(
     shared = {parameter for (parameter, _), mask in masks.items() if mask.sum() > 1}
     groups = scored.groupby(["tracker", "sequence"])["mean_overlap"]
     means = groups.mean().where(groups.count() == groups.size())
+    by_sequence = [
+        means.get(name, pd.Series(dtype=float)).reindex(sequences).to_numpy(float)
+        for name in runs.trackers
+    ]
     rows: list[dict[str, Any]] = []
     for (parameter, value), mask in masks.items():
         if parameter not in shared:
             continue
         members = [name for name, is_member in zip(sequences, mask, strict=True) if is_member]
-        by_unit = [
-            means_of_subset(
-                units,
-                means.get(name, pd.Series(dtype=float)).reindex(sequences).to_numpy(float),
-                mask,
-            )
-            for name in runs.trackers
-        ]
+        by_unit = [means_of_subset(units, values, mask) for values in by_sequence]
         marks = _subset_marks(by_unit)
         cells = [
             _subset_cell(values, runs.worst_position_on(name, members, "overlap"), is_best=is_best)

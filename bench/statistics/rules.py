@@ -6,14 +6,13 @@ docs/ states.
 """
 
 from dataclasses import dataclass
-from itertools import combinations
 from math import ceil, floor, inf, isfinite, log, log10, nan
 from typing import Literal, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from trackmark.bench.statistics.intervals import Interval, mean_interval
+from trackmark.bench.statistics.intervals import Interval, interval_ends, mean_interval
 
 CONFIDENCE = 0.95
 """Joint confidence level of all intervals; each of m has the level 1 - 0.05 / m (Bonferroni)."""
@@ -259,13 +258,20 @@ def star_marks(
     """
     scores = np.atleast_2d(np.asarray(values, np.float64)) * (1 if higher else -1)
     trackers, n = scores.shape
-    pairs = list(combinations(range(trackers), 2))
-    if not pairs or n < MIN_UNITS:
+    if trackers < 2 or n < MIN_UNITS:
         return [False] * trackers
-    beaten = {
-        loser_of(*pair, decide(scores[pair[0]] - scores[pair[1]], margin, len(pairs), limit=limit))
-        for pair in pairs
-    }
+    n_pairs = trackers * (trackers - 1) // 2
+    beaten = set[int | None]()
+    for first in range(trackers - 1):
+        differences = scores[first] - scores[first + 1 :]
+        low, high = interval_ends(differences, corrected_level(n_pairs))
+        # `decide` takes much longer than the intervals of all pairs of a tracker. It is only needed
+        # for intervals without 0, and `EQUAL` is above their rounding error.
+        for pair in np.flatnonzero(~((low < -EQUAL) & (high > EQUAL))).tolist():
+            second = first + 1 + pair
+            if (second if differences[pair].mean() > 0 else first) not in beaten:
+                decision = decide(differences[pair], margin, n_pairs, limit=limit)
+                beaten.add(loser_of(first, second, decision))
     return [tracker not in beaten for tracker in range(trackers)]
 
 

@@ -135,8 +135,8 @@ function makeLegend() {
   const truth = make("button", { type: "button", disabled: "", title: "ground-truth box" }, "- - truth");
   byId("legend").replaceChildren(truth, ...trackersHere().map((tracker, position) => {
     const name = make("span"), attributes = { type: "button", class: `c${Math.min(tracker, 6)}` };
-    if (position < 9) attributes["aria-keyshortcuts"] = position + 1;
-    const button = Object.assign(make("button", attributes, sampleOf(tracker), name, make("span", { class: "scores" })), { tracker, label: name });
+    const hint = `Click or a: show only this tracker; ${position < 9 ? `${position + 1} or ` : ""}Shift and click: show or hide it`;
+    const button = Object.assign(make("button", attributes, sampleOf(tracker), name, make("span", { class: "scores" })), { tracker, label: name, hint });
     button.addEventListener("click", (event) => (event.shiftKey ? toggle : showAlone)(tracker));
     button.addEventListener("contextmenu", (event) => { event.preventDefault(); toggle(tracker); });  // a long press, too
     return button;
@@ -165,7 +165,7 @@ function arrange() {
   for (const button of trackerButtons()) {
     button.classList.toggle("off", !shown.includes(button.tracker));
     button.setAttribute("aria-pressed", button.tracker === alone());
-    button.title = sequence.run(button.tracker, repetition(), start()).failure || "Show only this tracker; Shift and click: show or hide it";
+    button.title = sequence.run(button.tracker, repetition(), start()).failure || button.hint;
     const isFocus = button.tracker === focus();
     if (isFocus && !button.label.classList.contains("focus")) requestAnimationFrame(() => button.scrollIntoView({ block: "nearest" }));
     button.label.classList.toggle("focus", isFocus);

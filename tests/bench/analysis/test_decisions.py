@@ -128,6 +128,11 @@ def test_reason_names_the_trackers_that_are_not_separated(labels, reason):
     assert no_winner_reason(compared("a", ranked("a", *decisions), 3, decisions)) == ""
 
 
+def test_name_of_a_tracker_is_no_answer():
+    name, decisions = "No clear winner", {"b": "better"}
+    assert no_winner_reason(compared(name, ranked(name, "b"), 8, decisions)) == ""
+
+
 def test_named_tracker_is_compared_with_all_others():
     decisions = {"a": "worse", "c": "better", "d": "inconclusive"}
     heading = (

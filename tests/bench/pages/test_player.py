@@ -184,6 +184,12 @@ def test_one_tracker_is_shown_alone_by_click_and_key(opened_page):
         opened_page.wait(f"{drawn}.join() === '{expected}'")
     opened_page.key("3")  # shows another one as well
     opened_page.wait(f"{drawn}.join() === '0,2'")
+    opened_page.run("byId('legend').children[1].focus()")
+    opened_page.key("Enter", shift=True)  # hides it, as a key does for the first nine trackers
+    opened_page.wait(f"{drawn}.join() === '2'")
+    assert "; 1 or Shift and click: show or hide it" in opened_page.run(
+        "document.activeElement.title"
+    )
     assert opened_page.run("byId('help').textContent.includes('show only the selected tracker')")
 
 

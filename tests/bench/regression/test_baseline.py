@@ -94,7 +94,7 @@ REFUSED = [
     ('{ fingerprint = "9f31c2aa", ', "{ ", f"{MINE}fingerprint: 'missing'. Field required"),
     ("repetitions = 6", "repetitions = 7", f"{MINE}overlap: [0.5, 0.5"),
     ("repetitions = 6", "repetitions = 5", "repetitions: 5. Input should be greater"),
-    ("repetitions = 6", f"repetitions = {LONG * 11}", "not valid TOML: Exceeds the limit"),
+    ("repetitions = 6", f"repetitions = {LONG * 11}", "own.toml: not valid TOML: Exceeds the"),
     ('"numpy" = "2.1"', '"numpy" = 2.1', "environment.numpy: 2.1. Input should be a valid string"),
     ("date = ", "date = 2026-11-22 # ", "accepted.0.date: datetime.date(2026, 11, 22). Input sh"),
     ("format = 1", "format = 7", "format: 7. This version reads format 1"),
