@@ -14,6 +14,7 @@ from functools import cached_property
 
 import cv2
 import numpy as np
+from numba import njit
 from numpy.random import Generator
 from numpy.typing import ArrayLike, NDArray
 
@@ -659,6 +660,15 @@ class Lighting:
         ]
 
 
+@njit(cache=True)
+def _power(values: Floats, exponent: np.float32) -> Floats:
+    """Return `values ** exponent`, which NumPy rounds differently on processors with AVX-512."""
+    powers = np.empty_like(values)
+    for index, value in np.ndenumerate(values):
+        powers[index] = value**exponent
+    return powers
+
+
 def _pixel_centres(depth: Array) -> Floats:
     """Return the centres of the image pixels at a depth, shape (height, width, 3)."""
     rows, columns = np.indices(depth.shape) + 0.5
@@ -725,7 +735,9 @@ class LightsScene(SeededScene):
         facing = self.plan.facing(frame)
         picture = self.lighting.picture(lamps_on, _pose(self.plan, frame), facing, occluders)
         seen = SENSITIVITY * np.asarray(cv2.GaussianBlur(picture, (0, 0), LENS))
-        canvas: Image = np.round(255 * np.clip(seen, 0, 1) ** (1 / GAMMA)).astype(np.uint8)
+        canvas: Image = np.round(255 * _power(np.clip(seen, 0, 1), np.float32(1 / GAMMA))).astype(
+            np.uint8
+        )
         return CAMERA.exposed(canvas, self._seed, frame)
 
     def mask(self, frame: int) -> Mask:
