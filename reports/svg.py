@@ -151,14 +151,12 @@ def _axes(chart: Chart, x: _Scale, y: _Scale, width: int, height: int) -> Iterat
         yield _label(label, across, down, anchor)
 
 
-def _label(
-    content: str, x: float, y: float, anchor: str = "middle", class_name: str = ""
-) -> Markup:
+def _label(label: str, x: float, y: float, anchor: str = "middle", class_name: str = "") -> Markup:
     """Return a text at a position [px]; a chart has the anchor `middle` for all its texts."""
     named = Markup(' class="{}"').format(class_name) if class_name else ""
     anchored = Markup(' text-anchor="{}"').format(anchor) if anchor != "middle" else ""
     element = Markup('<text{} x="{}" y="{}"{}>{}</text>')
-    return element.format(named, _px(x), _px(y), anchored, content)
+    return element.format(named, _px(x), _px(y), anchored, label)
 
 
 def _px(position: float) -> str:
